@@ -52,7 +52,7 @@ class Solutions:
             digest.update(f"{len(text)}:".encode("ascii") + text)
         key = digest.hexdigest()
         if key not in self.known:
-            self.known[key] = _read_only(solve())
+            self.known[key] = _make_read_only(solve())
         self.asked[key] = None
         return self.known[key]
 
@@ -86,11 +86,11 @@ class Memo:
     def result_of(self, inputs: tuple[object, ...], solve: Callable[[], Answer]) -> Answer:
         """Return the stored result for some inputs. If there is none, call `solve` and store its result."""
         if inputs not in self._known:
-            self._known[inputs] = _read_only(solve())
+            self._known[inputs] = _make_read_only(solve())
         return self._known[inputs]
 
 
-def _read_only(answer: Answer) -> Answer:
+def _make_read_only(answer: Answer) -> Answer:
     """Return the arrays of a result after making them read-only."""
     for part in answer:
         part.setflags(write=False)

@@ -12,7 +12,7 @@ from tolerance import approx
 
 from sitscad.kernels.electromagnetics.inductance import arcs
 from sitscad.kernels.electromagnetics.inductance.arcs import sum_arcs_with_arcs, sum_arcs_with_sides
-from sitscad.kernels.electromagnetics.inductance.track_strands import Pairs, common_levels, strand_pairs, track
+from sitscad.kernels.electromagnetics.inductance.track_strands import Pairs, common_height_count, strand_pairs, track
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 MM = 1e-3
@@ -97,7 +97,7 @@ def every(one, other, arcs_with="arcs"):
 
 def with_arcs(one, other):
     """The integral over all pairs of pieces with at least one arc, two strands a track."""
-    strands = strand_pairs(one, other, 2, common_levels(one, other, 2))
+    strands = strand_pairs(one, other, 2, common_height_count(one, other, 2))
     total = sum_arcs_with_arcs(one, other, every(one, other), strands)
     both = (one, other), (other, one)
     return total + sum(sum_arcs_with_sides(a, b, every(a, b, "sides"), strands) for a, b in both)
@@ -118,7 +118,7 @@ def test_coupling_of_far_arcs_and_sides_agrees_with_fine_sum(corners):
     whole = sum(abs(sum_over([pair], 0.05)) for pair in pairs)
     assert sum_arcs_with_arcs(item, other, chosen, level) == approx(sum_over(pairs, 0.05), abs=1e-6 * whole)
     chosen = every(item, other, "sides")
-    half = arcs.half_lengths(item.arcs)[chosen.first]
+    half = arcs.arc_half_lengths(item.arcs)[chosen.first]
     chosen = chosen.select(arcs._middle_distances(item, other, chosen) > np.maximum(arcs.FAR * half, 0.5 + half))
     pairs = [(mine[2 * a + x], lines[2 * b + y])
              for a, b in zip(chosen.first, chosen.second, strict=True) for x in (0, 1) for y in (0, 1)]

@@ -98,7 +98,7 @@ def test_image_coupling_solution_agrees_with_series():
     driven = rng.normal(size=(combinations, 1, coils)) + 1j * rng.normal(size=(combinations, 1, coils))
     among = rng.normal(size=(combinations,) * 2) + 1j * rng.normal(size=(combinations,) * 2)
     coupling, bare = rng.normal(size=(combinations,) * 2), np.zeros((1, coils, coils), dtype=complex)
-    solved = SimpleNamespace(_currents=lambda linked, shape: (bare.copy(), driven, among))
+    solved = SimpleNamespace(_change_from_matrices=lambda linked, shape: (bare.copy(), driven, among))
     (result,) = SolvedTarget._changes(solved, (), [coupling], (1, coils), False)
     # summed order by order: the image's answer to its own answer, and so on
     scale = 1e-2 / np.abs(coupling @ among).max()

@@ -95,11 +95,11 @@ def test_plate_shape_without_form_is_refused_by_name(key, monkeypatch):
 
 def test_shape_without_required_methods_raises_value_error_when_used():
     """A program that exchanges the row of a loaded spec meets the same refusal."""
-    for ask in (lambda: Ring("ring", "annular").is_disc, lambda: Ring("ring", "annular").fitted):
+    for ask in (lambda: Ring("ring", "annular").is_disc, lambda: Ring("ring", "annular").shapes_with_bounds):
         with pytest.raises(ValueError, match="'ring'"):
             ask()
 
 
 def test_spec_shapes_declare_needed_features():
-    assert all(row.fitted == (name,) for name, row in SHAPES.items())
+    assert all(row.shapes_with_bounds == (name,) for name, row in SHAPES.items())
     assert {name: row.is_disc for name, row in PLATES.items()} == {"circle": True, "square": False, "rectangle": False}

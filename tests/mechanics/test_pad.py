@@ -17,7 +17,7 @@ from tolerance import approx
 from sitscad.estimates.loads.pad import TILT_SIGMAS, tilt_stiffness_error
 from sitscad.kernels.mechanics.elastomer import Face, Surround, even_rim
 from sitscad.kernels.mechanics.motion import (
-    _coefficients,
+    _rotation_coefficients,
     angles,
     cross_matrices,
     rotation_vectors,
@@ -42,7 +42,7 @@ WIDTH = st.floats(1.0, 8.0)
 
 def left_jacobians(vectors):
     """(n, 3, 3): what turn, in board axes, follows from a small change of a rotation vector (n, 3; rad)."""
-    _, second, third = _coefficients(vectors)
+    _, second, third = _rotation_coefficients(vectors)
     turning = cross_matrices(vectors)
     return np.eye(3) + second[:, None, None] * turning + third[:, None, None] * (turning @ turning)
 

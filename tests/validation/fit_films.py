@@ -148,4 +148,4 @@ def written() -> str:
 if __name__ == "__main__":
     (FOLDER / "pad_films.csv").write_text(written(), encoding="utf-8")
     surround_law.coefficient_table.cache_clear()
-    surround_law._rows.cache_clear()
+    surround_law._fitted_coefficients.cache_clear()

@@ -257,6 +257,6 @@ def test_one_mode_subspace_is_accurate_for_nearby_metal_distances(gap, metal):
     assert len(crowding.known) <= 2
     around = Reflector(gap, (metal,))
     shared = crowding.changes(frequencies, around, None)
-    middle = near_metal._Waves(*(part[0] for part in crowding._waves(np.array([3e6]), around, None)))
+    middle = near_metal._WaveWeights(*(part[0] for part in crowding._waves(np.array([3e6]), around, None)))
     own, = near_metal._reduce_modes(crowding.cuts, [middle], True, crowding.steps)
     assert shared == approx(own.changes(frequencies, crowding._waves(frequencies, around, None)), rel=5e-4)

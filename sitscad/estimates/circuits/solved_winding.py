@@ -186,7 +186,8 @@ def resistance_bound(spec: CoilSpec, coil: Coil, spirals: Sequence[SpiralLayer],
     elif len(coil.windings) == 1:
         bent = SHARP_POLYGON_ERROR
     else:
-        bent = max(CROSSING[shape][0 if min(spec.layer_turns) < FEW else 1] for shape in spec.outline.fitted)
+        column = 0 if min(spec.layer_turns) < FEW else 1
+        bent = max(CROSSING[shape][column] for shape in spec.outline.shapes_with_bounds)
     thickness = max(winding.thickness for winding in coil.windings)
     return ResistanceBound(MODEL + bent, MODES[tolerance < 0.02], spec.trace_width, thickness, conductivity)
 

@@ -372,7 +372,7 @@ def solving_work(
     """
     whole = _surface_at_frequency(cover.part(target), coil, coils, frequency, cover.lowest, behind)
     if isinstance(whole, Box):
-        return float(whole.largest) ** 3
+        return float(whole.largest_class_size) ** 3
     functions = sum(line.values[1].shape[1] for line in (whole.face, whole.wall))
     work = DISCS * functions * len(whole.points) * whole.orders
     if behind is not None:

@@ -266,7 +266,7 @@ def error_bound(method: str, dimensions: WindingDimensions) -> float:
     Raises ValueError for a shape that declares no bounds, and KeyError if the table has no such method for the shape.
     """
     features, stack = dimensions.log_ratios(), "one" if len(dimensions.heights) == 1 else "more"
-    table, fitted = _bound_exponents(), dimensions.shape.fitted
+    table, fitted = _bound_exponents(), dimensions.shape.shapes_with_bounds
     shapes = (ROUNDED,) if dimensions.corner_radius else fitted
     margin = 1.0 if dimensions.corner_radius or fitted == (dimensions.shape.name,) else UNFITTED
     margin *= MID_SIDE if dimensions.is_mid_side else 1.0

@@ -210,7 +210,7 @@ def coil_text(coils: tuple[Coil, ...], spec: CoilSpec) -> str:
     angles = ", ".join(f"{name} by {angle:g} deg" for name, angle in turned.items())
     rotated = f"; turned: {angles}" if angles and not spec.outline.is_round else ""
     return (
-        f"{head} ({spec.shape}): {size} mm {spec.outline.across}over the outer copper edges, "
+        f"{head} ({spec.shape}): {size} mm {spec.outline.size_note}over the outer copper edges, "
         f"tracks {show(spec.trace_width, 'm')}, gaps {show(spec.trace_spacing, 'm')}{rotated}."
     )
 

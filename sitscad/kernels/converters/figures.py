@@ -239,11 +239,12 @@ def row_source(family: str, name: str) -> str:
 @cache
 def source_in_all(name: str) -> str:
     """Return one text with the sources of a row in all families that have the row."""
-    return "; ".join(dict.fromkeys(row_source(family, name) for family in _families() if name in family_rows(family)))
+    families = (family for family in _family_names() if name in family_rows(family))
+    return "; ".join(dict.fromkeys(row_source(family, name) for family in families))
 
 
 @cache
-def _families() -> tuple[str, ...]:
+def _family_names() -> tuple[str, ...]:
     """Return the names of all converter families. The table is read once."""
     return tuple(dict.fromkeys(row["family"] for row in rows("converters")))
 

@@ -186,7 +186,7 @@ class Polynomial:
 
     def __call__(self, points: Array) -> Array:
         """Return values (n, outputs) at points (n, variables). Outside the box the polynomial is extrapolated."""
-        return np.asarray(self.basis(_scaled_to_box(points, self.low, self.high), self.orders) @ self.coefficients)
+        return np.asarray(self.basis(_scale_to_box(points, self.low, self.high), self.orders) @ self.coefficients)
 
     def slope(self, points: Array) -> Array:
         """Return derivatives (n, outputs, variables) at points (n, variables), by central differences.
@@ -222,11 +222,11 @@ def least_squares(
             smallest singular value that is used, divided by the largest. Coefficients of combinations of terms with
         smaller singular values are zero. If None, the limit is rounding.
     """
-    columns = basis(_scaled_to_box(points, low, high), orders)
+    columns = basis(_scale_to_box(points, low, high), orders)
     return Polynomial(low, high, orders, np.asarray(np.linalg.lstsq(columns, values, rcond=least)[0]), basis)
 
 
-def _scaled_to_box(points: Array, low: Array, high: Array) -> Array:
+def _scale_to_box(points: Array, low: Array, high: Array) -> Array:
     """Return points (n, variables; no unit) scaled so that the box from `low` to `high` becomes -1 to 1."""
     return (points - 0.5 * (low + high)) / (0.5 * (high - low))
 

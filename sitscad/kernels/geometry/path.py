@@ -321,8 +321,8 @@ def fillet(before: Point, corner: Point, after: Point, radius: float) -> tuple[P
 
     The arc is None if the radius is 0 or the corner is straight.
     """
-    ux, uy = _unit(corner, before)
-    vx, vy = _unit(corner, after)
+    ux, uy = _unit_vector(corner, before)
+    vx, vy = _unit_vector(corner, after)
     angle = math.acos(max(-1.0, min(1.0, ux * vx + uy * vy)))
     if radius <= 0.0 or angle > math.pi - 1e-9:
         return corner, corner, None
@@ -344,8 +344,8 @@ def rounded_polyline(corners: list[Point], radius: float | list[float]) -> Path:
     here = corners[0]
     radii = radius if isinstance(radius, list) else [radius] * len(corners)
     for before, corner, after, most_radius in zip(corners, corners[1:], corners[2:], radii[1:], strict=False):
-        ux, uy = _unit(corner, before)
-        vx, vy = _unit(corner, after)
+        ux, uy = _unit_vector(corner, before)
+        vx, vy = _unit_vector(corner, after)
         half = math.acos(max(-1.0, min(1.0, ux * vx + uy * vy))) / 2
         room = 0.5 * min(corner.distance(before), corner.distance(after)) * math.tan(half)
         a, b, arc = fillet(before, corner, after, min(most_radius, room))
@@ -406,7 +406,7 @@ def box_around(boxes: Sequence[tuple[float, float, float, float]]) -> tuple[floa
     return min(b[0] for b in boxes), min(b[1] for b in boxes), max(b[2] for b in boxes), max(b[3] for b in boxes)
 
 
-def _unit(a: Point, b: Point) -> tuple[float, float]:
+def _unit_vector(a: Point, b: Point) -> tuple[float, float]:
     """Return the unit vector from point `a` to point `b`."""
     length = a.distance(b)
     return (b.x - a.x) / length, (b.y - a.y) / length

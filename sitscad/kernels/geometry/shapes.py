@@ -126,7 +126,7 @@ class Outline(ABC):
     is_round: ClassVar[bool] = False
 
     @property
-    def fitted(self) -> tuple[str, ...]:
+    def shapes_with_bounds(self) -> tuple[str, ...]:
         """Names of the shapes whose error bounds hold for coils of this shape.
 
         Raises ValueError for a shape without `bounds`.
@@ -154,7 +154,7 @@ class Outline(ABC):
         return self.sides or None
 
     @property
-    def across(self) -> str:
+    def size_note(self) -> str:
         """Text in a drawing that states how the size is measured. Empty if this needs no text."""
         if self.is_round:
             return "in diameter "

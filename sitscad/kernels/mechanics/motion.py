@@ -75,7 +75,7 @@ def rotation_vectors(matrices: Array) -> Array:
 
 def rotations_of_vectors(vectors: Array) -> Array:
     """Return the rotation matrices (n, 3, 3) of rotation vectors (n, 3; rad), by Rodrigues' formula (textbook)."""
-    first, second, _ = _coefficients(vectors)
+    first, second, _ = _rotation_coefficients(vectors)
     turning = cross_matrices(vectors)
     return UNIT + first[:, None, None] * turning + second[:, None, None] * (turning @ turning)
 
@@ -105,7 +105,7 @@ def cross_products(first: Array, second: Array) -> Array:
     return products
 
 
-def _coefficients(vectors: Array) -> tuple[Array, Array, Array]:
+def _rotation_coefficients(vectors: Array) -> tuple[Array, Array, Array]:
     """Return sin t / t, (1 - cos t) / t^2 and (t - sin t) / t^3 (n each) for the lengths t of vectors (n, 3; rad).
 
     For small lengths the Taylor series is used, because the differences would lose digits.
@@ -187,7 +187,7 @@ def relative_motion(poses: Array, height: float, share: float = 0.5) -> Motion:
     vectors = rotation_vectors(turn)
     # frame and plate at once: of a few poses it is the calls that cost
     angles = np.concatenate([share * vectors, vectors])
-    first, second, third = _coefficients(angles)
+    first, second, third = _rotation_coefficients(angles)
     turning = cross_matrices(angles)
     twice = turning @ turning
     jacobians = UNIT + second[:, None, None] * turning + third[:, None, None] * twice

@@ -102,7 +102,7 @@ def film_hardening(modulus: float) -> float:
     It is 0.35 ln m for a relative modulus m, within 25 % of our own finite elements at a shear strain of 0.4. It is 0
     for a film of the pad's own rubber.
     """
-    return 0.35 * math.log(_clipped(modulus, MODULI))
+    return 0.35 * math.log(_clip(modulus, MODULI))
 
 
 def wall_stiffness(length: float, width: float, shape: float, film: float) -> dict[str, float]:
@@ -127,9 +127,9 @@ def correction_terms(skin: float, modulus: float, shape: float, oblong: float, c
     modulus, film thickness and shape factor. `skin` is the thickness of the film divided by the pad's, `modulus` its
     relative modulus. `oblong` and `circular` are explained in `film_contributions`.
     """
-    u = 0.5 * math.log(_clipped(modulus, MODULI) / 10.0)
-    v = math.log(_clipped(skin, SKINS) / 0.1)
-    s = math.log(_clipped(shape, SHAPES) / 0.7)
+    u = 0.5 * math.log(_clip(modulus, MODULI) / 10.0)
+    v = math.log(_clip(skin, SKINS) / 0.1)
+    s = math.log(_clip(shape, SHAPES) / 0.7)
     return {
         "1": 1.0,
         "u": u,
@@ -174,7 +174,7 @@ def film_contributions(
         return Film(), Film(), Film()
     plain, parts = wall_stiffness(length, width, shape, skin * modulus), correction_terms(skin, modulus, shape, oblong,
                                                                                           circular)
-    fitted = (np.array([*parts.values()]) @ _rows(tuple(parts))).tolist()
+    fitted = (np.array([*parts.values()]) @ _fitted_coefficients(tuple(parts))).tolist()
     pulled = {"press": 0.0, "tilt": 0.0, "shear": -2.4 * max(0.0, 1.0 - max(shape, 0.5))}
     film_by_course = {}
     for name, (rest, quick, linear, square, cubic) in zip(COURSES, fitted, strict=True):
@@ -188,7 +188,7 @@ def film_contributions(
 
 
 @cache
-def _rows(names: tuple[str, ...]) -> Array:
+def _fitted_coefficients(names: tuple[str, ...]) -> Array:
     """Return the fitted coefficients of the named terms (curves, terms, 5). The order of the curves is `COURSES`."""
     return np.array([[coefficient_table()[motion].get(name, (0.0,) * 5) for name in names] for motion in COURSES])
 
@@ -207,7 +207,7 @@ def coefficient_table() -> dict[str, dict[str, tuple[float, ...]]]:
     return terms_by_course
 
 
-def _clipped(value: float, bounds: tuple[float, float]) -> float:
+def _clip(value: float, bounds: tuple[float, float]) -> float:
     """Return a value, limited to the range from `bounds[0]` to `bounds[1]`."""
     return min(max(value, bounds[0]), bounds[1])
 

@@ -46,7 +46,7 @@ class BodyEnergies:
     vacuum: Array
     within: Callable[[complex], Array]
 
-    def jump(self, square: complex, permeability: float) -> Array:
+    def energy_difference(self, square: complex, permeability: float) -> Array:
         """Return S - T (2, n, n; m), the vacuum's energies minus the metal's, as real and imaginary part.
 
         `square` is g (1/m2), the squared wave number in the metal; `permeability` is relative.
@@ -151,7 +151,7 @@ class _FieldDrive:
     amounts: Array
     level: Mapping[int, Array]
 
-    def summed(self, waves: Array, level: Sequence[Array]) -> Array:
+    def sum_fields(self, waves: Array, level: Sequence[Array]) -> Array:
         """Return D (m; real and imaginary part) for one pair of kinds of surface functions.
 
         `waves` are the factors g / (lambda + g) (no unit) of all fields. `level` has these factors for fields that are
@@ -176,7 +176,7 @@ class _Entries:
     columns: Index
     functions: Flags
 
-    def filled(self, values: Array) -> Array:
+    def fill_matrices(self, values: Array) -> Array:
         """Return symmetric matrices (n, size, size) from the values of all pairs of functions (n, pairs).
 
         The matrices have the unit of the values.
@@ -228,7 +228,7 @@ def box_bodies(lines: Sequence[Mapping[int, LineModes]], selections: Flags) -> l
         x, y, z = (axis.squares for axis in axes)
         answered = (_real_and_imaginary(np.asarray(square / (some + square))) for some in (total, y + z, x + z, x + y))
         to_waves, *to_level = answered
-        sums = [each.summed(to_waves, to_level).reshape(2, len(selections), -1) for each in driven]
+        sums = [each.sum_fields(to_waves, to_level).reshape(2, len(selections), -1) for each in driven]
         return np.concatenate(sums, axis=2)
 
     energies = np.concatenate([part.reshape(len(selections), -1) for part in vacuum], axis=1)
@@ -250,7 +250,8 @@ def _parity_energies(
     place, used = np.cumsum(selection) - 1, selection[pairs[0]] & selection[pairs[1]]
     rows, columns = place[pairs[:, used]]
     entries = _Entries(int(np.count_nonzero(selection)), rows, columns, used)
-    return BodyEnergies(entries.filled(vacuum[None])[0], lambda square: entries.filled(answers(square)[:, number]))
+    return BodyEnergies(entries.fill_matrices(vacuum[None])[0],
+                        lambda square: entries.fill_matrices(answers(square)[:, number]))
 
 
 def _product(factors: Sequence[Array]) -> Array:

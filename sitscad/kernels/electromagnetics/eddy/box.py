@@ -84,7 +84,7 @@ class BoxClass:
         return self.functions.parity
 
     @property
-    def in_plane(self) -> tuple[int, int]:
+    def symmetry_in_plane(self) -> tuple[int, int]:
         """Parities (1 even, -1 odd; no unit) of the stream functions along x and y."""
         return self.parity[:2]
 
@@ -95,10 +95,11 @@ class BoxClass:
         """
         linkages = np.zeros((self.functions.kept.size, potential.shape[-1]))
         for across, (a, b) in enumerate(ACROSS):
-            faces = self._face(potential, across)
+            faces = self._face_potentials(potential, across)
             field = faces[0] - self.parity[across] * faces[1]
             (fa, da), (fb, db) = self.projections[a], self.projections[b]
-            along_a, along_b = _projected(field[:, :, a], fa, db), _projected(field[:, :, b], da, fb)
+            along_a = _project_on_functions(field[:, :, a], fa, db)
+            along_b = _project_on_functions(field[:, :, b], da, fb)
             linked = TURN[across] * (along_b - along_a)
             numbers = self.functions.numbers[across].ravel()  # in a face
             linkages[numbers] += linked.reshape(-1, potential.shape[-1])
@@ -116,13 +117,13 @@ class BoxClass:
             (fa, da), (fb, db) = self.projections[a], self.projections[b]
             amount = TURN[across] * whole[self.functions.numbers[across]]
             weights = np.zeros((2, fa.shape[1], fb.shape[1], 3, functions.shape[1]))
-            weights[0, :, :, a] = -_projected(amount, fa.T, db.T)
-            weights[0, :, :, b] = _projected(amount, da.T, fb.T)
+            weights[0, :, :, a] = -_project_on_functions(amount, fa.T, db.T)
+            weights[0, :, :, b] = _project_on_functions(amount, da.T, fb.T)
             weights[1] = -self.parity[across] * weights[0]
             pieces.append(weights.reshape(-1, 3, functions.shape[1]))
         return np.concatenate(pieces)
 
-    def _face(self, potential: Array, across: int) -> Array:
+    def _face_potentials(self, potential: Array, across: int) -> Array:
         """Return the potentials (2, points along a, along b, 3, fields; Wb/m) on both faces normal to an axis.
 
         `potential` (points, 3, fields; Wb/m) is on all faces, `across` the number of the axis. The first axis of the
@@ -165,9 +166,9 @@ class Box:
         return np.concatenate(pieces)
 
     @property
-    def largest(self) -> int:
+    def largest_class_size(self) -> int:
         """Number of functions (no unit) in the largest class, which is even along x, y and z."""
-        number = _numbers(self.lines)
+        number = _function_numbers(self.lines)
         return int(np.count_nonzero(_parity_functions(self.lines, (1, 1, 1), number, self.shortest)[1]))
 
     @cached_property
@@ -205,7 +206,7 @@ def _functions(lines: tuple[GradedLine, ...], shortest: float) -> tuple[BoxFunct
     finest = min(float(line.steps.min()) for line in lines)
     gaussians = gaussian_sum(0.25 * finest, reach)
     distinct = {line: _packed_integrals(line, gaussians.scales) for line in dict.fromkeys(lines)}
-    number = _numbers(lines)
+    number = _function_numbers(lines)
     parities = list(product(PARITIES, PARITIES, PARITIES))
     selections = [_parity_functions(lines, parity, number, shortest) for parity in parities]
     bodies = box_bodies([line.modes for line in lines], np.stack([selection for _, selection in selections]))
@@ -217,7 +218,7 @@ def _functions(lines: tuple[GradedLine, ...], shortest: float) -> tuple[BoxFunct
     )
 
 
-def _numbers(lines: Sequence[GradedLine]) -> Index:
+def _function_numbers(lines: Sequence[GradedLine]) -> Index:
     """Return a number (no unit) for each product of functions along x, y and z; -1 if it is zero on the surface.
 
     Even and odd functions share the numbers. The parity with more functions sets the length of each axis.
@@ -300,8 +301,8 @@ def _inductance(
         end_products = (ends[:, :, None] * row_terms.end[:, None]).reshape(len(ends), -1)
         # couplings of faces at right angles to each other
         between = -4.0 * folded[across].mass[:-1].T @ end_products
-        rows, (i, b) = _functions_in_use(place[_with_axis(numbers[first], across, first)])
-        columns, (j, a) = _functions_in_use(place[_with_axis(numbers[second], across, second)])
+        rows, (i, b) = _functions_in_use(place[_numbers_with_first_axis(numbers[first], across, first)])
+        columns, (j, a) = _functions_in_use(place[_numbers_with_first_axis(numbers[second], across, second)])
         block = between[folded[across].which[i[:, None], j], b[:, None] * row_terms.end.shape[1] + a]
         inductance[np.ix_(rows, columns)] += block
         inductance[np.ix_(columns, rows)] += block.T
@@ -348,12 +349,12 @@ Without this limit, changes of L differ by at most 2e-4 (ratio), losses by 4e-4.
 """
 
 
-def _with_axis(numbers: Index, first: int, across: int) -> Index:
+def _numbers_with_first_axis(numbers: Index, first: int, across: int) -> Index:
     """Return a face's function numbers with axis `first` as the first dimension, for the face normal to `across`."""
     return numbers if ACROSS[across][0] == first else numbers.T
 
 
-def _projected(field: Array, along_a: Array, along_b: Array) -> Array:
+def _project_on_functions(field: Array, along_a: Array, along_b: Array) -> Array:
     """Return a field's integrals (functions along a, along b, ...) from its values at points (along a, along b, ...).
 
     `along_a` and `along_b` (functions, points) are quadrature matrices. Two matrix products are faster here than

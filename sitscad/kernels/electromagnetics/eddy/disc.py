@@ -203,7 +203,7 @@ class DiscClass:
     phase: str
 
     @property
-    def in_plane(self) -> tuple[int, str]:
+    def symmetry_in_plane(self) -> tuple[int, str]:
         """Order m and phase ("cos" or "sin") of the currents round the axis (no unit)."""
         return self.functions.order, self.phase
 

@@ -43,7 +43,7 @@ class Folding:
     root_multiplicity: Array
 
     @property
-    def kept(self) -> Index:
+    def quarter_points(self) -> Index:
         """Numbers (n; no unit) of the points in the quarter itself, without mirror images."""
         return np.asarray(self.mirrored_points[0])
 
@@ -56,7 +56,8 @@ class Folding:
         once.
         """
         weights = 0.25 * self.root_multiplicity[:, None] * self.root_multiplicity
-        each = [inverse_distances(points[self.kept], points[numbers], mirror) for numbers in self.mirrored_points]
+        quarter = points[self.quarter_points]
+        each = [inverse_distances(quarter, points[numbers], mirror) for numbers in self.mirrored_points]
         horizontal = np.stack([weights * inverse for inverse, _ in each])
         return horizontal, horizontal if mirror.roof is None else np.stack([weights * inverse for _, inverse in each])
 
@@ -77,7 +78,7 @@ def folding(surface: Surface) -> Folding | None:
     return Folding(numbers, np.sqrt(members))
 
 
-def signs(parity: tuple[int, int]) -> Array:
+def image_signs(parity: tuple[int, int]) -> Array:
     """Return the signs (4, 3; no unit) of the current's x, y and z components at the four mirror images of a point.
 
     Rows are the point itself, then its images across x = 0, across y = 0 and across both.
@@ -99,10 +100,10 @@ def sum_images_by_axis(kernels: Kernels, parity: tuple[int, int]) -> Sequence[Ar
     They are the sums of `kernels` (from `Folding.kernels`) over the four mirror images. The signs are for a stream
     function with `parity` (1 or -1) along x and y.
     """
-    horizontal, vertical = kernels
+    (horizontal, vertical), signs = kernels, image_signs(parity).T
     if horizontal is vertical:
-        return list(np.tensordot(signs(parity).T, horizontal, axes=1))
-    return [*np.tensordot(signs(parity).T[:2], horizontal, axes=1), np.tensordot(signs(parity).T[2], vertical, axes=1)]
+        return list(np.tensordot(signs, horizontal, axes=1))
+    return [*np.tensordot(signs[:2], horizontal, axes=1), np.tensordot(signs[2], vertical, axes=1)]
 
 
 def inverse_distances(points: Array, others_at: Array, mirror: Mirror) -> Kernels:
@@ -231,7 +232,7 @@ class Mirror:
         return tuple(images)
 
     @property
-    def in_phase(self) -> Mirror:
+    def in_phase_part(self) -> Mirror:
         """Mirror with real strengths (no unit): only the part of the reflection in phase with the current."""
         if self.roof is None:
             return self
@@ -283,7 +284,7 @@ class ImageModes:
         matrix, start = np.zeros((self.currents.shape[2],) * 2, dtype=kernels[1].dtype), 0
         for parity, count in self.parities:
             block = slice(start, start + count)
-            currents = self.currents[fold.kept, :, block] * fold.root_multiplicity[:, None, None]
+            currents = self.currents[fold.quarter_points, :, block] * fold.root_multiplicity[:, None, None]
             matrix[block, block] = _coupling(sum_images_by_axis(kernels, parity), np.moveaxis(currents, 1, 0))
             start += count
         return matrix * mirror.scale
@@ -309,11 +310,11 @@ def image_modes(surface: Surface, coarse: Surface, near_face: float, closest: fl
     """
     points = coarse.points - np.array([0.0, 0.0, near_face])
     high, fold = points + np.array([0.0, 0.0, closest]), folding(coarse)
-    seen_in = mirror.in_phase
+    seen_in = mirror.in_phase_part
     kernels = inverse_distances(high, high, seen_in) if fold is None else fold.kernels(high, seen_in)
     groups: dict[Any, list[int]] = {}
     for number, current_class in enumerate(surface.classes):
-        groups.setdefault(current_class.in_plane, []).append(number)
+        groups.setdefault(current_class.symmetry_in_plane, []).append(number)
     solutions = []
     for parity, group in groups.items():
         classes, coarse_classes = [surface.classes[k] for k in group], [coarse.classes[k] for k in group]
@@ -321,7 +322,7 @@ def image_modes(surface: Surface, coarse: Surface, near_face: float, closest: fl
             solutions.append(_modes(classes, coarse_classes, [kernels[0], *kernels]))
         else:
             within, quarter = _modes(classes, coarse_classes, sum_images_by_axis(kernels, parity), fold)
-            solutions.append((within, _unfolded(quarter, fold, parity)))
+            solutions.append((within, _unfold_currents(quarter, fold, parity)))
     ends = np.cumsum([currents.shape[2] for _, currents in solutions])
     within = [np.zeros((len(current_class.functions.inductance), int(ends[-1]))) for current_class in surface.classes]
     for group, (parts, currents), end in zip(groups.values(), solutions, ends, strict=True):
@@ -332,14 +333,14 @@ def image_modes(surface: Surface, coarse: Surface, near_face: float, closest: fl
     return ImageModes(tuple(within), points, all_of_them, fold, counts if fold is not None else ())
 
 
-def _unfolded(currents: Array, fold: Folding, parity: tuple[int, int]) -> Array:
+def _unfold_currents(currents: Array, fold: Folding, parity: tuple[int, int]) -> Array:
     """Return the current patterns (points, 3, k; A m) on the whole surface from the patterns on one quarter.
 
     `currents` of the quarter are weighted by `Folding.root_multiplicity`. `parity` is the symmetry along x and y.
     """
     unfolded = np.empty((int(fold.mirrored_points.max()) + 1, *currents.shape[1:]))
     unweighted = currents / fold.root_multiplicity[:, None, None]
-    for numbers, sign in zip(fold.mirrored_points[::-1], signs(parity)[::-1],
+    for numbers, sign in zip(fold.mirrored_points[::-1], image_signs(parity)[::-1],
                              strict=True):  # the quarter itself comes last
         unfolded[numbers] = unweighted * sign[:, None]
     return unfolded
@@ -437,7 +438,7 @@ def _unit_energy_currents(currents: CurrentClass, factor: Array, fold: Folding |
     unit = np.asarray(np.linalg.inv(factor).T, dtype=float)
     densities = currents.potential_weights(unit)
     if fold is not None:
-        densities = densities[fold.kept] * fold.root_multiplicity[:, None, None]
+        densities = densities[fold.quarter_points] * fold.root_multiplicity[:, None, None]
     return np.moveaxis(densities, 2, 0)
 
 

@@ -55,7 +55,7 @@ class CurrentClass(Protocol):
         """Stream functions of the currents."""
 
     @property
-    def in_plane(self) -> object:
+    def symmetry_in_plane(self) -> object:
         """Symmetry in the plane of the near face (no unit).
 
         The target's image in a mirror parallel to this face has this symmetry, too.
@@ -93,8 +93,8 @@ class Surface(Protocol):
     def mirror_image_numbers(self) -> tuple[Index, Index] | None:
         """For each point, the number (no unit) of its mirror image across x = 0 and across y = 0, or None.
 
-        None if currents of some class are neither even nor odd across one of these planes. Otherwise `in_plane` of each
-        class is the two parities (1 or -1) of its stream functions.
+        None if currents of some class are neither even nor odd across one of these planes. Otherwise
+        `symmetry_in_plane` of each class is the two parities (1 or -1) of its stream functions.
         """
 
 
@@ -146,7 +146,9 @@ def solve_currents(currents: CurrentClass, metal: Metal, drives: Array) -> Compl
 
     It avoids the inverse of S - T, nearly singular in poor conductors, and of S - L, nearly singular in foils.
     """
-    jump, energies = MU0 * currents.functions.body.jump(metal.square, metal.permeability), currents.functions.energies
+    functions = currents.functions
+    jump = MU0 * functions.body.energy_difference(metal.square, metal.permeability)
+    energies = functions.energies
     real, imaginary = jump @ energies.outside
     system = (energies.vacuum - real) - 1j * imaginary
     real, imaginary = jump @ (energies.inverse @ drives)

@@ -81,7 +81,7 @@ class SolvedTarget:
         """
         if self.images is None:
             return None
-        return _complex(_sum_class_products(self.images.within, self.image_currents), 1)
+        return _complex_from_parts(_sum_class_products(self.images.within, self.image_currents), 1)
 
     def changes(self, turns: Array, places: Array, coils: Sequence[CoilPotential], centres: Array) -> ComplexArray:
         """Return the changes of the coils' inductance matrix that the target causes (poses, coils, coils; H).
@@ -113,7 +113,8 @@ class SolvedTarget:
         `shape` is (poses, coils). With `is_single_use`, systems are solved for these poses alone, without inverse
         matrices.
         """
-        total, driven, among = self._currents_once(linked, shape) if is_single_use else self._currents(linked, shape)
+        solve = self._change_solved_once if is_single_use else self._change_from_matrices
+        total, driven, among = solve(linked, shape)
         if driven is None or among is None:
             return total
         for pose, coupling in enumerate(couplings):
@@ -125,7 +126,7 @@ class SolvedTarget:
             total[pose] += driven[:, pose].T @ np.linalg.solve(system, coupling @ driven[:, pose])
         return total
 
-    def _currents(self, linked: Sequence[Array], shape: tuple[int, int]) -> Answered:
+    def _change_from_matrices(self, linked: Sequence[Array], shape: tuple[int, int]) -> Answered:
         """Return the change (poses, coils, coils; H) without the target's image, and two responses of image patterns.
 
         The second value is the response (patterns, poses, coils; no unit) of the patterns to the coils. The third is
@@ -145,24 +146,24 @@ class SolvedTarget:
         if self.images is None:
             return total, None, None
         # the systems are symmetric: coils drive a combination as much as the combination drives the coils
-        responses = _complex(_sum_class_products(self.image_currents, linked), 0).reshape(-1, *shape)
+        responses = _complex_from_parts(_sum_class_products(self.image_currents, linked), 0).reshape(-1, *shape)
         return total, responses, self.image_inductance
 
-    def _currents_once(self, linked: Sequence[Array], shape: tuple[int, int]) -> Answered:
+    def _change_solved_once(self, linked: Sequence[Array], shape: tuple[int, int]) -> Answered:
         """Return the change and the pattern responses (H, no unit, 1/H), solved for these poses alone.
 
-        The values are equal to the values from `_currents`. For few poses, this function costs less, because it needs
-        no inverse matrices.
+        The values are equal to the values from `_change_from_matrices`. For few poses, this function costs less,
+        because it needs no inverse matrices.
         """
         total = np.zeros((*shape, shape[1]), dtype=complex)
-        responses, among = self._linkages_once(linked)
+        responses, among = self._solve_class_currents(linked)
         for drive, response in zip(linked, responses, strict=True):
             total -= np.einsum("npc,npd->pcd", drive.reshape(-1, *shape), response.reshape(-1, *shape), optimize=True)
         if self.images is None:
             return total, None, None
         return total, sum_over_classes(responses, self.images.within).reshape(-1, *shape), among
 
-    def _linkages_once(self, linked: Sequence[Array]) -> tuple[list[ComplexArray], ComplexArray | None]:
+    def _solve_class_currents(self, linked: Sequence[Array]) -> tuple[list[ComplexArray], ComplexArray | None]:
         """Return the currents (A) of every class, and the responses (1/H) between the image patterns.
 
         `linked` are the flux linkages (Wb) of each class. Classes with a negligible drive (`NOTHING`) get zero
@@ -263,9 +264,9 @@ def rotation_matrices(angles: Array) -> Array:
     """
     (cx, cy, cz), (sx, sy, sz) = np.cos(angles).T, np.sin(angles).T
     ones, zeros = np.ones_like(cx), np.zeros_like(cx)
-    about_x = _stacked((ones, zeros, zeros), (zeros, cx, -sx), (zeros, sx, cx))
-    about_y = _stacked((cy, zeros, sy), (zeros, ones, zeros), (-sy, zeros, cy))
-    about_z = _stacked((cz, -sz, zeros), (sz, cz, zeros), (zeros, zeros, ones))
+    about_x = _stack_matrices((ones, zeros, zeros), (zeros, cx, -sx), (zeros, sx, cx))
+    about_y = _stack_matrices((cy, zeros, sy), (zeros, ones, zeros), (-sy, zeros, cy))
+    about_z = _stack_matrices((cz, -sz, zeros), (sz, cz, zeros), (zeros, zeros, ones))
     return np.asarray(about_x @ about_y @ about_z)
 
 
@@ -277,12 +278,12 @@ def _sum_class_products(left_tables: Sequence[Array], right_tables: Sequence[Arr
     return np.asarray(sum(a.T @ b for a, b in zip(left_tables, right_tables, strict=True)))
 
 
-def _complex(parts: Array, axis: int) -> ComplexArray:
+def _complex_from_parts(parts: Array, axis: int) -> ComplexArray:
     """Return complex numbers from real parts followed by imaginary parts along an axis, in the unit of `parts`."""
     real, imaginary = np.split(parts, 2, axis=axis)
     return np.asarray(real + 1j * imaginary)
 
 
-def _stacked(*rows: tuple[Array, Array, Array]) -> Array:
+def _stack_matrices(*rows: tuple[Array, Array, Array]) -> Array:
     """Return matrices (n, 3, 3) from three rows of three elements; each element is an array (n)."""
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)

@@ -112,7 +112,7 @@ def _dot(a: Array, b: Array) -> Array:
     return np.asarray(a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1])
 
 
-def half_lengths(arcs: Array) -> Array:
+def arc_half_lengths(arcs: Array) -> Array:
     """Return half the length (n; m) of arcs (n, 6; columns of `Track.arcs`): radius times half the angle."""
     return np.asarray(0.5 * arcs[:, 2] * arcs[:, 5])
 
@@ -136,13 +136,13 @@ def arc_distances(first: Track, second: Track, pairs: Pairs) -> Array:
     """
     a, b = first.arcs, second.arcs
     offset = middles(a)[pairs.first] - middles(b)[pairs.second]
-    return np.asarray(np.hypot(*offset.T) - half_lengths(a)[pairs.first] - half_lengths(b)[pairs.second])
+    return np.asarray(np.hypot(*offset.T) - arc_half_lengths(a)[pairs.first] - arc_half_lengths(b)[pairs.second])
 
 
 def arc_side_distances(first: Track, second: Track, pairs: Pairs) -> Array:
     """Return lower bounds (n; m) of the distance between arcs of the first track and sides of the second track."""
     arcs = first.arcs
-    return np.asarray(_middle_distances(first, second, pairs) - half_lengths(arcs)[pairs.first])
+    return np.asarray(_middle_distances(first, second, pairs) - arc_half_lengths(arcs)[pairs.first])
 
 
 def _middle_distances(first: Track, second: Track, pairs: Pairs) -> Array:
@@ -162,7 +162,7 @@ def sum_arcs_with_sides(first: Track, second: Track, pairs: Pairs, strands: Stra
     """
     if not pairs.first.size:
         return 0.0
-    apart, half = _middle_distances(first, second, pairs), half_lengths(first.arcs)[pairs.first]
+    apart, half = _middle_distances(first, second, pairs), arc_half_lengths(first.arcs)[pairs.first]
     distant = (apart >= FAR * half) & (apart - half >= CLEAR * max(first.width, second.width))
     middling = ~distant & (apart >= MIDDLING * half)
     rules = (distant, _far_rule(first.arcs)), (middling, _gauss_points(MIDDLING_POINTS)), (~distant & ~middling,
@@ -193,7 +193,7 @@ def _sum_arcs_with_sides_by_rule(arcs: Array, other: Track, pairs: Pairs, strand
     moved = strands.offsets[0] - strands.offsets[1]
     ends = np.minimum(np.abs(lateral[..., 0] + moved), np.abs(lateral[..., -1] + moved))
     square = lateral**2 + strands.clearance(ends)[..., None]
-    beyond, times = reach - parallel, strands.at_heights(pairs.times)
+    beyond, times = reach - parallel, strands.multiplicities_at_heights(pairs.times)
     share = _dot(tangent, t[:, :, None]) * length * strands.weights[:, None]
     total = 0.0
     for k, height in enumerate(strands.heights):
@@ -217,7 +217,7 @@ def sum_arcs_with_arcs(first: Track, second: Track, pairs: Pairs, strands: Stran
     for chosen, (method, points) in zip(_pairs_by_method(first, second, pairs), methods, strict=True):
         some = pairs.select(chosen)
         for part in strands.blocks(some.first.size, points):
-            times = strands.at_heights(some.times[part])
+            times = strands.multiplicities_at_heights(some.times[part])
             total += method(first.arcs[some.first[part]], second.arcs[some.second[part]], strands, times)
     return total
 
@@ -232,7 +232,7 @@ def _pairs_by_method(first: Track, second: Track, pairs: Pairs) -> tuple[Flags, 
     low, other_low = (np.where(arcs[:, 4] > 0, arcs[:, 3], arcs[:, 3] - arcs[:, 5]) for arcs in (a, b))
     turn = np.abs(np.remainder(low - other_low + math.pi, 2.0 * math.pi) - math.pi)
     concentric = (apart < 1e-9) & (turn < 1e-9) & (np.abs(a[:, 5] - b[:, 5]) < 1e-9)
-    width, half, other_half = max(first.width, second.width), half_lengths(a), half_lengths(b)
+    width, half, other_half = max(first.width, second.width), arc_half_lengths(a), arc_half_lengths(b)
     between = np.hypot(*(middles(a) - middles(b)).T)
     ratio = np.minimum((between - other_half) / half, (between - half) / other_half)
     distant = ~concentric & (ratio >= FAR) & (between - half - other_half >= CLEAR * width)

@@ -102,7 +102,7 @@ class Pieces:
             return np.zeros(0)
         return np.asarray(np.arctan2(self.rows[:, 2] - self.rows[:, 0], self.rows[:, 1] - self.rows[:, 3]))
 
-    def reach(self, headings: Array) -> Array:
+    def largest_coordinates(self, headings: Array) -> Array:
         """Return the largest coordinate (n; m) of the centre lines along each heading (unit vectors (2, n)).
 
         The coordinate counts from the origin.
@@ -112,7 +112,7 @@ class Pieces:
         points, _ = self.points(np.arange(len(self.rows)), parts, 0.0)
         return np.asarray(np.max(points.reshape(-1, 2) @ headings, axis=0))
 
-    def moved(self, dx: float, dy: float) -> Pieces:
+    def shifted(self, dx: float, dy: float) -> Pieces:
         """Return the pieces shifted by `dx` and `dy` (m)."""
         step = [dx, dy, 0.0, 0.0, 0.0, 0.0, 0.0] if self.is_curved else [dx, dy, dx, dy, 0.0, 0.0, 0.0, 0.0]
         return replace(self, rows=self.rows + np.array(step))
@@ -152,13 +152,13 @@ class Pieces:
         for part in slices(len(where), DISTANCES // len(self.rows)):
             points = where[part, None, :]
             if self.is_curved:
-                distances = self._from_curves(points)
+                distances = self._distances_from_curves(points)
             else:
                 distances = distances_in_plane(points, self.rows[:, :2], self.rows[:, 2:4])
             least[part] = distances.min(axis=1)
         return least
 
-    def _from_curves(self, p: Array) -> Array:
+    def _distances_from_curves(self, p: Array) -> Array:
         """Return the distances (points, pieces; m) from points to spiral pieces.
 
         Beside a piece it is the radial distance, elsewhere the distance to the nearer end. The slope of the spiral is
@@ -187,8 +187,8 @@ def track_pieces(tracks: Sequence[Track]) -> tuple[Pieces, Pieces, Layers]:
     sides = [np.concatenate([t.starts, t.ends, t.before, t.after], axis=1) for t in tracks]
     arcs = [np.concatenate([t.arcs, np.zeros((len(t.arcs), 1))], axis=1) for t in tracks]
     plans = plan_numbers([np.concatenate([a.ravel(), b.ravel()]) for a, b in zip(sides, arcs, strict=True)])
-    return _first_layers(sides, plans, tracks[0].width), _first_layers(arcs, plans, tracks[0].width), _layers(plans,
-                                                                                                              tracks)
+    straight, curved = (_pieces_of_plans(rows, plans, tracks[0].width) for rows in (sides, arcs))
+    return straight, curved, _layers(plans, tracks)
 
 
 def spiral_pieces(layers: Sequence[SpiralLayer]) -> tuple[Pieces, Layers]:
@@ -198,10 +198,10 @@ def spiral_pieces(layers: Sequence[SpiralLayer]) -> tuple[Pieces, Layers]:
     """
     rows = [_half_turns(layer) for layer in layers]
     plans = plan_numbers([row.ravel() for row in rows])
-    return _first_layers(rows, plans, layers[0].width), _layers(plans, layers)
+    return _pieces_of_plans(rows, plans, layers[0].width), _layers(plans, layers)
 
 
-def _first_layers(rows: Sequence[Array], plans: Sequence[int], width: float) -> Pieces:
+def _pieces_of_plans(rows: Sequence[Array], plans: Sequence[int], width: float) -> Pieces:
     """Return the pieces (m) of the first layer with each plan, plan after plan."""
     first = [plans.index(plan) for plan in range(max(plans) + 1)]
     owner = np.repeat(np.arange(len(first)), [len(rows[k]) for k in first])
@@ -249,7 +249,7 @@ def spirals_side_by_side(
     The second winding's centre is `displacement` (x, y; m) away from the first winding's centre.
     """
     (pieces, layers), (other_pieces, other_layers) = spiral_pieces(first), spiral_pieces(second)
-    return _side_by_side([pieces], layers, [other_pieces.moved(*displacement)], other_layers)
+    return _side_by_side([pieces], layers, [other_pieces.shifted(*displacement)], other_layers)
 
 
 def tracks_side_by_side(
@@ -260,7 +260,7 @@ def tracks_side_by_side(
     The second winding is shifted by `displacement` (x, y; m).
     """
     (*kinds, layers), (*other_kinds, other_layers) = track_pieces(first), track_pieces(second)
-    moved = [pieces.moved(*displacement) for pieces in other_kinds if len(pieces.rows)]
+    moved = [pieces.shifted(*displacement) for pieces in other_kinds if len(pieces.rows)]
     return _side_by_side([pieces for pieces in kinds if len(pieces.rows)], layers, moved, other_layers)
 
 
@@ -306,7 +306,8 @@ def _outline(winding: Sequence[Pieces]) -> _WindingOutline:
     across = np.array(sorted({round(normal, 6) for pieces in winding for normal in pieces.normals.tolist()}))
     angle = np.concatenate([angle, across, across + math.pi])
     headings = np.stack([np.cos(angle), np.sin(angle)])
-    return _WindingOutline(winding, headings, np.max([pieces.reach(headings) for pieces in winding], axis=0))
+    reach = np.max([pieces.largest_coordinates(headings) for pieces in winding], axis=0)
+    return _WindingOutline(winding, headings, reach)
 
 
 @record(eq=False)
@@ -341,7 +342,7 @@ def _parts(pieces: Pieces, other: _WindingOutline) -> _Parts:
         long = (ratio > LONG) | (angle > BEND)
         if halving == HALVINGS - 1:
             long[:] = False
-        counted = index, low, step, _counts(ratio, angle), _strands(pieces, distance)
+        counted = index, low, step, _point_counts(ratio, angle), _strand_counts(pieces, distance)
         batches.append([table[~long] for table in counted])
         index, half = np.repeat(index[long], 2), np.repeat(0.5 * step[long], 2)
         low = np.repeat(low[long], 2) + np.tile([0.0, 1.0], int(long.sum())) * half
@@ -352,7 +353,7 @@ def _parts(pieces: Pieces, other: _WindingOutline) -> _Parts:
     return _Parts(pieces, index, low, step, counts, strands, least)
 
 
-def _counts(ratio: Array, angle: Array) -> Index:
+def _point_counts(ratio: Array, angle: Array) -> Index:
     """Return the numbers of Gauss points (n; no unit) on parts.
 
     `ratio` (n) is the length of each part divided by its distance from the other winding, `angle` (n; rad) its angle.
@@ -361,7 +362,7 @@ def _counts(ratio: Array, angle: Array) -> Index:
     return np.minimum(counts, POINTS)
 
 
-def _strands(pieces: Pieces, distances: Array) -> Index:
+def _strand_counts(pieces: Pieces, distances: Array) -> Index:
     """Return the number of strands (n; no unit) for each part, from the track width and the part's distance.
 
     `distances` (n; m) are the distances of the parts from the other winding.
@@ -373,7 +374,7 @@ def _strands(pieces: Pieces, distances: Array) -> Index:
 def _sample_parts(parts: Sequence[_Parts], layers: Layers) -> Plans:
     """Return all parts as points (m), line elements (m) and plan numbers, with the layers of their winding."""
     samples = [
-        _points(part, count, strands)
+        _sample_points(part, count, strands)
         for part in parts
         for count, strands in sorted(set(zip(part.counts.tolist(), part.strands.tolist(), strict=True)))
     ]
@@ -381,7 +382,7 @@ def _sample_parts(parts: Sequence[_Parts], layers: Layers) -> Plans:
     return Plans(places, elements, owners, layers)
 
 
-def _points(parts: _Parts, count: int, strands: int) -> tuple[Array, Array, Index]:
+def _sample_points(parts: _Parts, count: int, strands: int) -> tuple[Array, Array, Index]:
     """Return points (n, 2; m), line elements (n, 2; m) and plan numbers (n) on some parts.
 
     These are the parts with `count` quadrature points and `strands` strands.

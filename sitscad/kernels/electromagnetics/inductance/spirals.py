@@ -180,7 +180,7 @@ def _parallel_integral(first: SpiralLayer, second: SpiralLayer, unit: float, res
     widths, thicknesses = (first.width / unit, second.width / unit), (first.thickness / unit, second.thickness / unit)
     levels = 2 if height else 1
     clearance = strand_clearance(apart * slant, height, widths, thicknesses, strands, levels)
-    level, levels_apart = _levels(height, thicknesses, levels)
+    level, levels_apart = _mean_squared_height(height, thicknesses, levels)
     low, high, owner = _panels(centres, -spans[0], spans[1], [0.0, spans[1] - spans[0]])
     reach = apart**2 + height**2 + clearance
     smallest = 0.02 * (first.width / unit) ** 2
@@ -266,7 +266,7 @@ def _normal_strands(radius: Array, b: float, width: float, count: int) -> list[S
     return strands
 
 
-def _levels(height: float, thicknesses: tuple[float, float], levels: int) -> tuple[float, float]:
+def _mean_squared_height(height: float, thicknesses: tuple[float, float], levels: int) -> tuple[float, float]:
     """Return the mean and half the difference of the squared heights between strands, in the squared unit of `height`.
 
     `levels` is the number of heights that represent the distance of two layers. It is 2 for thick layers near each
@@ -298,7 +298,7 @@ def _crossing_integral(first: SpiralLayer, second: SpiralLayer, unit: float, res
     strands = min(resolution.strands, CROSSING_STRANDS)
     thicknesses = (first.thickness / unit, second.thickness / unit)
     table = clearance_table(height, widths, thicknesses, strands, 2)
-    level, levels_apart = _levels(height, thicknesses, 2)
+    level, levels_apart = _mean_squared_height(height, thicknesses, 2)
     mean_radius = math.sqrt(max(ra * (ra - b * span), 0.04 * ra * ra))
     grade = math.sqrt(height**2 + abs(float(table[1][0])) + 0.01 * widths[0] ** 2)
     low, high, owner = _panels(centres, 0.0, math.fsum(spans), list(spans))

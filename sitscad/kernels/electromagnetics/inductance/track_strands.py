@@ -158,15 +158,15 @@ class StrandPairs:
         starts = track.starts[sides, None, :] + offset * track.before[sides, None, :]
         return starts, track.ends[sides, None, :] + offset * track.after[sides, None, :]
 
-    def total(self, values: Array, times: Array) -> float:
+    def weighted_sum(self, values: Array, times: Array) -> float:
         """Return the weighted sum of values (n, k, heights), in their unit.
 
         Each value is multiplied by the multiplicity of its pair (`times`) and the weight of its strands.
         """
-        weighed = np.matmul(values, self.at_heights(times)[:, :, None])
+        weighed = np.matmul(values, self.multiplicities_at_heights(times)[:, :, None])
         return float(np.sum(weighed[..., 0], axis=0) @ self.weights)
 
-    def at_heights(self, times: Array) -> Array:
+    def multiplicities_at_heights(self, times: Array) -> Array:
         """Return the multiplicities (n, heights; no unit) at every height.
 
         A single column `times` (n, 1) is divided equally among the heights.
@@ -183,7 +183,7 @@ def strand_pairs(first: Track, second: Track, count: int, levels: int) -> Strand
     heights = level_heights(first.z - second.z, (first.thickness, second.thickness), levels)
     widths, thicknesses = (first.width, second.width), (first.thickness, second.thickness)
     clearances = clearance_table(abs(first.z - second.z), widths, thicknesses, count, levels)
-    return StrandPairs(*_strands(*widths, count), np.array(heights), clearances)
+    return StrandPairs(*_strand_offsets(*widths, count), np.array(heights), clearances)
 
 
 def distant_strand_pairs(width: float, count: int, squares: Array) -> StrandPairs:
@@ -194,11 +194,11 @@ def distant_strand_pairs(width: float, count: int, squares: Array) -> StrandPair
     (`mean_distance`).
     """
     less = width**2 / 6.0 if count == 1 else 0.0
-    return StrandPairs(*_strands(width, width, count), np.sqrt(np.maximum(squares, 0.0)),
+    return StrandPairs(*_strand_offsets(width, width, count), np.sqrt(np.maximum(squares, 0.0)),
                        (np.zeros(1), np.full(1, -less)))
 
 
-def _strands(width: float, other: float, count: int) -> tuple[tuple[Array, Array], Array]:
+def _strand_offsets(width: float, other: float, count: int) -> tuple[tuple[Array, Array], Array]:
     """Return the offsets (m) and weights (no unit) of all pairs of `count` strands per track.
 
     Strands lie at the Gauss points of both widths `width` and `other` (m).
@@ -208,7 +208,7 @@ def _strands(width: float, other: float, count: int) -> tuple[tuple[Array, Array
     return (0.5 * width * nodes[a], 0.5 * other * nodes[b]), 0.25 * weights[a] * weights[b]
 
 
-def common_levels(first: Track, second: Track, count: int) -> int:
+def common_height_count(first: Track, second: Track, count: int) -> int:
     """Return the number of heights (m) that represent the distance of two layers: two for thick copper, else one."""
     thick = max(first.thickness, second.thickness) > THICK * min(first.width, second.width)
     return 2 if first.z != second.z and count > 1 and thick else 1
@@ -355,7 +355,7 @@ def distinct_pairs(
         lists of (first layer, second layer, multiplicity). The result has a column of `times` for each list.
     """
     layers_in_all = 1 + max(max(i, j) for layers in relations for i, j, _ in layers)
-    plans, other_plans = _plans(kinds, layers_in_all), _plans(other_kinds, layers_in_all)
+    plans, other_plans = _first_equal_layers(kinds, layers_in_all), _first_equal_layers(other_kinds, layers_in_all)
     tallied: list[dict[tuple[int, int], float]] = [{} for _ in relations]
     for layers, count in zip(relations, tallied, strict=True):
         for i, j, often in layers:
@@ -372,7 +372,7 @@ def distinct_pairs(
     return Pairs(rows, columns, table.reshape(first.size, len(relations)))
 
 
-def _plans(kinds: PieceKinds, count: int) -> list[int]:
+def _first_equal_layers(kinds: PieceKinds, count: int) -> list[int]:
     """Return, for each of `count` layers, the number of the first layer with equal pieces.
 
     Many coils repeat every other layer. Layers may have no pieces of the kind, such as arcs in a track that leads to a

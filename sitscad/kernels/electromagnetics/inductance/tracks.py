@@ -39,7 +39,7 @@ from sitscad.kernels.electromagnetics.inductance.track_strands import (
     Pairs,
     StrandPairs,
     Track,
-    common_levels,
+    common_height_count,
     directions,
     distant_strand_pairs,
     distinct_pairs,
@@ -99,7 +99,7 @@ def distant_sides(track: Track, pairs: Pairs, apart: Array, count: int, squares:
     )
 
 
-def _levels(first: Track, second: Track, count: int, smooth: bool) -> int:
+def _height_count(first: Track, second: Track, count: int, smooth: bool) -> int:
     """Return the number of heights (1 or 2; no unit) that represent the distance of two layers' strands.
 
     Ends and corners of tracks above each other need two heights. If sides and arcs join smoothly (`smooth`), all pieces
@@ -107,7 +107,7 @@ def _levels(first: Track, second: Track, count: int, smooth: bool) -> int:
     """
     if count > 2 and not smooth:
         return 1 if first.z == second.z else 2
-    return common_levels(first, second, count)
+    return common_height_count(first, second, count)
 
 
 def _side_integral(first: Track, second: Track, pairs: Pairs, strands: tuple[int, int], smooth: bool) -> float:
@@ -119,11 +119,11 @@ def _side_integral(first: Track, second: Track, pairs: Pairs, strands: tuple[int
     near = side_distances(first, second, pairs) < NEAR * max(first.width, second.width)
     usual = _sum_sides(
         first, second, pairs.select(~near), strand_pairs(first, second, strands[0],
-                                                        _levels(first, second, strands[0], smooth))
+                                                        _height_count(first, second, strands[0], smooth))
     )
     return usual + math.fsum(
         share * _sum_sides(first, second, pairs.select(near),
-                     strand_pairs(first, second, count, _levels(first, second, count, smooth)))
+                     strand_pairs(first, second, count, _height_count(first, second, count, smooth)))
         for count, share in _near_strands(first, second, strands, smooth)
     )
 
@@ -207,7 +207,7 @@ def _parallel_sides(first: Track, second: Track, pairs: Pairs, tangents: Array, 
         length, start, end = (np.sum(axis * x, axis=2)[..., None] for x in (p1 - p0, to_start, to_end))
         gap = (axis[..., 0] * to_start[..., 1] - axis[..., 1] * to_start[..., 0])[..., None]
         square = np.maximum(gap**2 + strands.heights**2 + clearance[part], FLOOR)
-        total += strands.total(parallel_filaments(length, start, end, square), pairs.times[part])
+        total += strands.weighted_sum(parallel_filaments(length, start, end, square), pairs.times[part])
     return total * 4.0 * math.pi / MU0
 
 
@@ -234,7 +234,7 @@ def _inclined_sides(
         u1, v1 = u0 + np.sum(t1 * (p1 - p0), axis=2), v0 + np.sum(t2 * (q1 - q0), axis=2)
         square = np.maximum(strands.heights**2 + extra[part, None, None], FLOOR)
         u0, u1, v0, v1, c, s = (x[..., None] for x in (u0, u1, v0, v1, c, np.abs(s)))
-        total += strands.total(inclined_integral(u0, u1, v0, v1, c, s, square) * c, pairs.times[part])
+        total += strands.weighted_sum(inclined_integral(u0, u1, v0, v1, c, s, square) * c, pairs.times[part])
     return total
 
 
@@ -359,14 +359,15 @@ class _Stack:
     spread: Array
 
     @property
-    def examples(self) -> list[tuple[Track, Track]]:
+    def example_pairs(self) -> list[tuple[Track, Track]]:
         """First pair of tracks of each relation."""
         return [(self.tracks[layers[0][0]], self.tracks[layers[0][1]]) for layers in self.relations]
 
     @property
-    def distant(self) -> float:
+    def least_distance(self) -> float:
         """Least distance (m) of two pieces at which layers differ only by their heights."""
-        return max(CLEAR * self.whole.width, DISTANT * max(abs(first.z - second.z) for first, second in self.examples))
+        highest = max(abs(first.z - second.z) for first, second in self.example_pairs)
+        return max(CLEAR * self.whole.width, DISTANT * highest)
 
     @property
     def is_smooth(self) -> bool:
@@ -378,7 +379,7 @@ class _Stack:
 
         The two heights (m) have the relation's height difference.
         """
-        for first, second in self.examples:
+        for first, second in self.example_pairs:
             strands = self.strands
             if self.is_smooth and strands[0] > 1:
                 strands = (_bent_strands(first, second),) * 2
@@ -420,7 +421,7 @@ def _arc_integrals(stack: _Stack, pairs: Pairs, apart: Array, summed: Callable[.
     """
     for (first, second, strands), some in zip(stack.pieces(), _near_pairs(stack, pairs, apart), strict=True):
         yield summed(first, second, some, strand_pairs(first, second, strands[0],
-                                                       common_levels(first, second, strands[0])))
+                                                       common_height_count(first, second, strands[0])))
     for some, _, squares in _distant_pairs(stack, pairs, apart):
         yield summed(stack.whole, stack.whole, some,
                      distant_strand_pairs(stack.whole.width, min(stack.strands[0], 2), squares))
@@ -428,7 +429,7 @@ def _arc_integrals(stack: _Stack, pairs: Pairs, apart: Array, summed: Callable[.
 
 def _near_pairs(stack: _Stack, pairs: Pairs, apart: Array) -> Iterator[Pairs]:
     """Yield the pairs (numbers, no unit) of every relation that are not distant. `apart` (n; m) are their distances."""
-    near = pairs.select(apart < stack.distant)
+    near = pairs.select(apart < stack.least_distance)
     for k in range(len(stack.relations)):
         yield near.in_columns([k])
 
@@ -439,7 +440,7 @@ def _distant_pairs(stack: _Stack, pairs: Pairs, apart: Array) -> Iterator[tuple[
     The number of heights is as small as the distance allows. The multiplicities (no unit) of the pairs are for these
     heights.
     """
-    beyond = apart >= stack.distant
+    beyond = apart >= stack.least_distance
     enough = np.where(beyond, sufficient_node_counts(stack.squares, apart), 0)
     for count in np.unique(enough[beyond]).tolist():
         chosen = enough == count

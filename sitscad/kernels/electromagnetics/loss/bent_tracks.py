@@ -186,7 +186,7 @@ def _group_losses(sides: _Sides, index: Index, cuts: int, conductivity: float, m
     systems = []
     for fraction, weight in zip(fractions.tolist(), weights.tolist(), strict=True):
         cut, flux = _driven_cut(sides, index, fraction, weight, modes)
-        systems.append(straight.lengthened(weight, path_drive(cut, flux, conductivity, modes)))
+        systems.append(straight.with_longer_tracks(weight, path_drive(cut, flux, conductivity, modes)))
     return losses(systems, steps)
 
 

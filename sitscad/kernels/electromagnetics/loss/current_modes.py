@@ -74,7 +74,7 @@ class ProximityLoss:
 
     def resistance_ratios(self, frequencies: Array) -> Array:
         """Return R(f) / R(0), the resistance divided by the resistance for direct current, at frequencies (n; Hz)."""
-        return 1.0 + self._added(frequencies)[0] / self.direct
+        return 1.0 + self._eddy_effects(frequencies)[0] / self.direct
 
     def is_resolved(self, frequency: float) -> bool:
         """Whether the resistance at a frequency (Hz) is accurate: the part from negative relaxation times is small.
@@ -86,23 +86,23 @@ class ProximityLoss:
 
     def inductance_changes(self, frequencies: Array) -> Array:
         """Return L(f) minus the inductance of a uniform current (H; n; never positive), at frequencies (n; Hz)."""
-        return self.direct_change - self._added(frequencies)[1]
+        return self.direct_change - self._eddy_effects(frequencies)[1]
 
-    def _added(self, frequencies: Array) -> tuple[Array, Array]:
+    def _eddy_effects(self, frequencies: Array) -> tuple[Array, Array]:
         """Return the resistance (n; ohm) that eddy currents add and the inductance (n; H) that they subtract.
 
         Both are at `frequencies` (n; Hz). The result is cached, because coils and states share it.
         """
         key = frequencies.tobytes()
-        if key not in self._known:
+        if key not in self._known_effects:
             square = (2.0 * math.pi * frequencies[:, None]) ** 2
             added = square * self.strengths / (1.0 + square * self.rates**2)
-            self._known[key] = np.sum(added, axis=1), added @ self.rates
-        return self._known[key]
+            self._known_effects[key] = np.sum(added, axis=1), added @ self.rates
+        return self._known_effects[key]
 
     @cached_property
-    def _known(self) -> dict[bytes, tuple[Array, Array]]:
-        """Results of `_added` so far (ohm, H), by the bytes of the frequencies."""
+    def _known_effects(self) -> dict[bytes, tuple[Array, Array]]:
+        """Results of `_eddy_effects` so far (ohm, H), by the bytes of the frequencies."""
         return {}
 
     def scaled(self, direct: float) -> ProximityLoss:
@@ -164,7 +164,7 @@ class ModeSystem:
         net = np.matmul(self.carrier[:, None, :], table)
         return np.asarray((table - self.carrier[:, :, None] * net).reshape(vector.shape))
 
-    def lengthened(self, factor: float, drive: Array) -> ModeSystem:
+    def with_longer_tracks(self, factor: float, drive: Array) -> ModeSystem:
         """Return the equations for tracks `factor` times as long, plus the `drive` (modes) by the real path's flux."""
         root = math.sqrt(factor)
         return replace(self, coupling=root * self.coupling + drive, source=root * self.source, shift=root * self.shift,

@@ -210,7 +210,7 @@ def _sheet_changes(
     """
     if is_round:
         return _disc_change(float(half[0]), offsets, source, detail, rooms)
-    counts = min(_modes(half[0], detail), most), min(_modes(half[1], detail), most)
+    counts = min(_function_count(half[0], detail), most), min(_function_count(half[1], detail), most)
     return _sheet_energies(half, counts, rooms, _fluxes(half, offsets, source, counts), nodes)
 
 
@@ -408,7 +408,7 @@ def _wave_numbers(top: float, reach: float, panels: int | None = None) -> tuple[
     return top * t * t, top * t * np.tile(share, panels) / panels
 
 
-def _modes(half: float, detail: float) -> int:
+def _function_count(half: float, detail: float) -> int:
     """Return the number of functions along a side (no unit): even and odd functions in equal numbers.
 
     The functions resolve lengths of `half` divided by the number. `detail` (m) is the length over which the field
@@ -590,7 +590,7 @@ def _disc_change(
     For them the reflection has the opposite sign.
     """
     k, weights, spectra = source
-    count = _modes(radius, detail) // 2 + 4
+    count = _function_count(radius, detail) // 2 + 4
     highest = 2 * count
     radial = bessel_orders(k * radius, highest + 2 * count, True)
     distances = np.maximum(np.hypot(*offsets.T), 1e-9 * radius)

@@ -71,14 +71,14 @@ class _ReflectedCuts:
     def carriers(self) -> Array:
         """Density of direct current in each track (half-planes, tracks, modes of a track; no unit; `ModeSystem`)."""
         most = max(len(system.carrier) for system in self.systems)
-        return np.stack([_zero_padded(system.carrier, most) for system in self.systems])
+        return np.stack([_pad_with_zeros(system.carrier, most) for system in self.systems])
 
     def vectors(self, of: Callable[[ModeSystem], Array]) -> Array:
         """Return a vector of each system, padded with zeros (half-planes, modes, 1), in its unit.
 
         `of` is the function that takes the vector from a system.
         """
-        return np.stack([_zero_padded(of(system), self.tables.shape[2]) for system in self.systems])[..., None]
+        return np.stack([_pad_with_zeros(of(system), self.tables.shape[2]) for system in self.systems])[..., None]
 
     def project(self, vectors: Array) -> Array:
         """Return vectors (half-planes, modes, n) after subtracting the net current of every track, in their unit."""
@@ -109,7 +109,7 @@ class _ReflectedCuts:
         return np.asarray(np.swapaxes(self.tables, 1, 2) @ waves.astype(np.float32), dtype=np.float64)
 
 
-def _zero_padded(rows: Array, count: int) -> Array:
+def _pad_with_zeros(rows: Array, count: int) -> Array:
     """Return rows with zero rows appended, `count` rows in all, in the unit of `rows`."""
     return np.concatenate([rows, np.zeros((count - len(rows), *rows.shape[1:]))])
 
@@ -131,7 +131,7 @@ class CrowdingNearMetal:
     bends: bool = True
     steps: int = STEPS
     nearest: float | None = None
-    known: dict[tuple[Reflector | None, ...], _Reduced] = field(default_factory=dict)
+    known: dict[tuple[Reflector | None, ...], _ReducedModes] = field(default_factory=dict)
     changed: dict[tuple[bytes, Reflector | None, Reflector | None], ComplexArray] = field(default_factory=dict)
 
     def change(self, frequency: float, above: Reflector | None, below: Reflector | None) -> complex:
@@ -157,7 +157,8 @@ class CrowdingNearMetal:
             if about not in self.known:
                 pairs = dict.fromkeys([about, *(self._equivalent_mirrors(*pair) for pair in expected)])
                 missing = [pair for pair in pairs if pair not in self.known and pair != (None, None)]
-                middles = [_Waves(*(part[0] for part in self._waves(np.array([MIDDLE]), *pair))) for pair in missing]
+                middles = [
+                    _WaveWeights(*(part[0] for part in self._waves(np.array([MIDDLE]), *pair))) for pair in missing]
                 self.known.update(zip(missing, _reduce_modes(self.cuts, middles, self.bends, self.steps), strict=True))
             self.changed[key] = self.known[about].changes(frequencies, self._waves(frequencies, above, below))
         return self.changed[key]
@@ -197,7 +198,7 @@ def _equivalent_mirror(reflector: Reflector | None, level: float, nearest: float
 
 
 @record(eq=False)
-class _Waves:
+class _WaveWeights:
     """Weights (k,) of products of waves in the mutual inductance, for each wave number.
 
     `both` is for up with up waves, `mixed` for up with down waves, and `other` for down with down waves.
@@ -284,7 +285,7 @@ A single block of all waves took a gigabyte near metal.
 
 
 @record(eq=False)
-class _Reduced:
+class _ReducedModes:
     """Current modes in all half-planes, projected on a subspace of n mode combinations for each half-plane.
 
     `rates` (half-planes, n; s) are relaxation times, `drive` (half-planes, n) the drives of the combinations in free
@@ -299,7 +300,7 @@ class _Reduced:
     def changes(self, frequencies: Array, waves: Sequence[ComplexArray]) -> ComplexArray:
         """Return the change of the inductance (frequencies; H, complex) at frequencies (Hz).
 
-        `waves` are the weights (H) of products of waves, three arrays (frequencies, k), as in `_Waves`.
+        `waves` are the weights (H) of products of waves, three arrays (frequencies, k), as in `_WaveWeights`.
 
         Notes
         -----
@@ -313,7 +314,7 @@ class _Reduced:
 
     def _changes_at(self, frequencies: Array, waves: Sequence[ComplexArray]) -> ComplexArray:
         # `changes` at a few frequencies
-        parts = _Waves(*(np.concatenate([part.real, part.imag])[:, None] for part in waves))
+        parts = _WaveWeights(*(np.concatenate([part.real, part.imag])[:, None] for part in waves))
         products = np.swapaxes(self.waves, 1, 2) @ parts.reflect(self.waves)
         reflected = products[: frequencies.size] + 1j * products[frequencies.size :]
         uneven = 2.0 * reflected[..., -1, -2] - reflected[..., -1, -1]
@@ -326,8 +327,10 @@ class _Reduced:
         return np.asarray(np.sum(uneven + lag[..., 0] * (alone - with_metal), axis=1))
 
 
-def _reduce_modes(cuts: _ReflectedCuts, surroundings: Sequence[_Waves], bends: bool, steps: int) -> list[_Reduced]:
-    """Return the current modes on small subspaces, one `_Reduced` (s, H) for each pair of reflectors in `surroundings`.
+def _reduce_modes(
+    cuts: _ReflectedCuts, surroundings: Sequence[_WaveWeights], bends: bool, steps: int
+) -> list[_ReducedModes]:
+    """Return the current modes on small subspaces (s, H), one for each pair of reflectors in `surroundings`.
 
     `bends` and `steps` are explained in `crowding_near_metal`. Method: Rayleigh-Ritz projection on the block Krylov
     space of the drives (textbook).
@@ -339,7 +342,7 @@ def _reduce_modes(cuts: _ReflectedCuts, surroundings: Sequence[_Waves], bends: b
     for waves in surroundings:
         returned = waves.reflect(source_waves)
         image = cuts.drives_by_waves(np.concatenate([returned.real, returned.imag], axis=2))
-        evens.append(_Waves(waves.both.real, waves.mixed.real, waves.other.real))
+        evens.append(_WaveWeights(waves.both.real, waves.mixed.real, waves.other.real))
         blocks.append(np.concatenate([coupling, image], axis=2))
     results = []
     for basis, times in _krylov(cuts, evens, blocks, steps):
@@ -348,11 +351,11 @@ def _reduce_modes(cuts: _ReflectedCuts, surroundings: Sequence[_Waves], bends: b
         basis = basis @ vectors
         drive = np.swapaxes(basis, 1, 2) @ coupling
         subspace_waves = cuts.waves(np.concatenate([basis, source, shift], axis=2))
-        results.append(_Reduced(np.maximum(values, 0.0), drive[..., 0], subspace_waves))
+        results.append(_ReducedModes(np.maximum(values, 0.0), drive[..., 0], subspace_waves))
     return results
 
 
-def _krylov(cuts: _ReflectedCuts, surroundings: Sequence[_Waves], blocks: Sequence[Array],
+def _krylov(cuts: _ReflectedCuts, surroundings: Sequence[_WaveWeights], blocks: Sequence[Array],
             steps: int) -> list[tuple[Array, Array]]:
     """Return orthonormal bases (half-planes, modes, size; no unit) of Krylov spaces, and matrices times bases (s).
 
