@@ -16,7 +16,7 @@ import sitscad.layout
 from sitscad.checks.board.clearances import cached_copper
 from sitscad.checks.judging import RULES, apply_rules
 from sitscad.checks.performance import estimated_values
-from sitscad.checks.rules import outcomes
+from sitscad.checks.rules import rule_outcomes
 from sitscad.estimates import estimated
 from sitscad.estimates.design import ROOM_TEMPERATURE, Design
 from sitscad.estimates.windings.losses import SCREENING
@@ -141,7 +141,7 @@ def felt():
 
 
 def said(rule, design):
-    result, undecided = outcomes(rule, design, least=None)
+    result, undecided = rule_outcomes(rule, design, least=None)
     return [replace(each.finding, hint=None) for each in result], undecided
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from sitscad.checks.findings.document import by_severity
+from sitscad.checks.findings.document import sorted_by_severity
 from sitscad.files.drawing.pictures.layout_picture import picture
 from sitscad.files.report.numbers import estimate_tables, html_table, page_tables
 from sitscad.files.report.response import response_rows
@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 
 def show_check(result: CheckResult) -> str:
     """Return the findings of a check as an HTML table, the most severe first."""
-    rows = [[each.severity.value, each.rule, each.whole_message, each.hint] for each in by_severity(result.findings)]
+    rows = [[each.severity.value, each.rule, each.whole_message, each.hint]
+            for each in sorted_by_severity(result.findings)]
     return html_table(["", "rule", "finding", "to mend it"], rows, "ok" if result.ok else "not ok") or "<p>ok</p>"
 
 

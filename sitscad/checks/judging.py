@@ -17,8 +17,8 @@ from sitscad.checks.board import clearances, drawn_form, fabrication, room, tail
 from sitscad.checks.findings.text import severities, severity_cases
 from sitscad.checks.fixes.search import DECISIVE, HINTS, Budget
 from sitscad.checks.reading import drive, electrical, metal, reference, response, timing
-from sitscad.checks.rules import Outcome, Rule, no_example, outcomes, rule_example, rule_of
-from sitscad.checks.trials import Trials, of_refused
+from sitscad.checks.rules import Outcome, Rule, reason_without_example, rule_example, rule_of, rule_outcomes
+from sitscad.checks.trials import Trials, findings_with_tested_fixes
 from sitscad.estimates.design import Design
 from sitscad.kernels.solve_cache import cache_results
 from sitscad.layout.board import Layout
@@ -147,8 +147,8 @@ def apply_rules(
     results: list[Outcome] = []
     not_checked: list[NotChecked] = []
     for rule in all_rules():
-        rule_outcomes, undecided = outcomes(rule, design, least)
-        results += rule_outcomes
+        outcomes, undecided = rule_outcomes(rule, design, least)
+        results += outcomes
         not_checked += [reason for reason in undecided if reason not in not_checked]
     findings = Trials(design, all_rules(), results, not_checked, budget).advised(least, is_ignored)
     findings.sort(key=lambda finding: (finding.rule, finding.line or 0, finding.column or 0, finding.message))
@@ -185,7 +185,7 @@ def mended(error: SpecError, hints: str = DECISIVE) -> tuple[Finding, ...]:
     ...     print({finding.rule for finding in sitscad.mended(error, "none")})
     {'SIT003'}
     """
-    return of_refused(error, all_rules(), hints)
+    return findings_with_tested_fixes(error, all_rules(), hints)
 
 
 def explain(rule_id: str) -> str:
@@ -202,6 +202,6 @@ def explain(rule_id: str) -> str:
     if example is not None:
         parts += [f"{word}:\n{indent(text, '    ')}" for word, text in (("Wrong", example.wrong),
                                                                        ("Right", example.right))]
-    elif reason := no_example(rule.id):
+    elif reason := reason_without_example(rule.id):
         parts.append(f"No example: {reason}")
     return "\n\n".join(filter(None, (*parts, f"Source: {rule.source}")))

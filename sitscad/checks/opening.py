@@ -30,7 +30,7 @@ SHOWN = 1 << 18
 """Largest number of bytes read of a spec with errors, to print its lines. It is also the largest size of a spec."""
 
 
-def policy_for(path: str) -> Policy:
+def nearest_policy_of_spec(path: str) -> Policy:
     """Return the policy of the nearest configuration above a spec, or above the working folder for standard input."""
     return nearest_policy(Path(path).parent, _active_rules())
 
@@ -52,7 +52,7 @@ def open_spec(path: str, policy: Policy | None = None) -> SensorSpec:
     return load(path, profiles)
 
 
-def unreadable(path: str, error: SpecError, hints: str = "decisive", text: str | None = None) -> CheckedSpec:
+def check_unreadable(path: str, error: SpecError, hints: str = "decisive", text: str | None = None) -> CheckedSpec:
     """Return the findings of a spec that could not be loaded. Rules without a finding are listed as not checked.
 
     `error` is the error of loading. `hints` is the name of the budget of trials for hints, as in `check`. `text` is the
@@ -75,7 +75,7 @@ def is_study(path: str) -> bool:
     return _begins(path, STUDY)
 
 
-def specs_in(paths: Sequence[str], passed_by: Callable[[str], None] | None = None) -> list[str]:
+def find_specs(paths: Sequence[str], passed_by: Callable[[str], None] | None = None) -> list[str]:
     """Return paths of specs. Each folder in `paths` is replaced by the specs in it and below it, sorted by name.
 
     YAML files in a folder are specs if they have a top-level key ``sitscad``. Hidden folders and folders of packages

@@ -167,7 +167,7 @@ def _no_performance_reason(is_solved: bool, is_rough: bool, has_target: bool) ->
     return not_checked("performance-unsolved" if is_too_large and has_target else "performance-unknown")
 
 
-def rule_of_performance(rule: AnalysisRule) -> Callable[[Design], Iterator[Verdict]]:
+def performance_rule(rule: AnalysisRule) -> Callable[[Design], Iterator[Verdict]]:
     """Return the function of a rule on a design. It applies `rule` to the design's estimated sensing performance.
 
     The new function yields a reason "not checked" if there is no estimated performance, or if the pad buckles sideways
@@ -241,13 +241,13 @@ def worst_value(sensing: SensingAnalysis, axes: Iterable[str], of: Callable[[int
 FORCES, SHEARS, MOMENTS = ("normal", "shear_x", "shear_y"), ("shear_x", "shear_y"), ("moment_x", "moment_y")
 
 
-@rule_of_performance
+@performance_rule
 def normal_resolution(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     """Yield findings on the noise of the normal force at every working point."""
-    yield from _resolution(sensing, design, "SIT401", "normal_resolution", ("normal",))
+    yield from _resolution_findings(sensing, design, "SIT401", "normal_resolution", ("normal",))
 
 
-@rule_of_performance
+@performance_rule
 def shear_resolution(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     """Yield findings on the noise of the shear axes that the array can measure. A single coil measures no shear."""
     if not set(SHEARS) & set(sensing.bench.range.axes):
@@ -257,16 +257,16 @@ def shear_resolution(sensing: SensingAnalysis, design: Design) -> Iterator[Verdi
             design.spec.requirements.shear_resolution, "N", hint="more-coils" if lone else "moment-or-shear",
         )
         return
-    yield from _resolution(sensing, design, "SIT402", "shear_resolution", SHEARS)
+    yield from _resolution_findings(sensing, design, "SIT402", "shear_resolution", SHEARS)
 
 
-@rule_of_performance
+@performance_rule
 def moment_resolution(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     """Yield findings on the noise of the required moments."""
-    yield from _resolution(sensing, design, "SIT412", "moment_resolution", MOMENTS, "N m")
+    yield from _resolution_findings(sensing, design, "SIT412", "moment_resolution", MOMENTS, "N m")
 
 
-def _resolution(
+def _resolution_findings(
     sensing: SensingAnalysis, design: Design, rule: str, key: str, axes: tuple[str, ...], unit: str = "N"
 ) -> Iterator[Verdict]:
     """Yield findings on the largest noise of all `axes`, compared with the required resolution `key`.
@@ -279,7 +279,7 @@ def _resolution(
                                      rate=design.spec.readout.scan_rate)
 
 
-@rule_of_performance
+@performance_rule
 @only_if_pad_holds
 def crosstalk(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     """Yield the largest error on an axis due to full load on another axis, and a finding if it exceeds the limit.
@@ -297,7 +297,7 @@ def crosstalk(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
         yield from check_requirement("axis-crosstalk", design, "SIT403", "crosstalk", most, "")
 
 
-@rule_of_performance
+@performance_rule
 def tilt_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     """Yield the error due to the required tilt of the contact, and a finding if it exceeds the limit of its axis.
 
@@ -324,7 +324,7 @@ def tilt_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
         yield not_checked("tilt-axes", axes=list(map(axis_text, untold)))
 
 
-@rule_of_performance
+@performance_rule
 @only_if_pad_holds
 def friction_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     """Yield the error of the ratio of shear force to normal force at full load, and a finding if it exceeds the limit.
@@ -347,7 +347,7 @@ def friction_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict
                                  part=causes[cause])
 
 
-@rule_of_performance
+@performance_rule
 def temperature_error(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     """Yield the largest drift of a force over the temperature range, and a finding if it exceeds the limit.
 
@@ -375,7 +375,7 @@ BESIDE_NOISE = 10.0
 """Ratio of the error due to one degree of tilt to the noise on the same axis, above which there is a note."""
 
 
-@rule_of_performance
+@performance_rule
 @only_if_pad_holds
 def ambiguous_load_findings(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     """Yield a finding if two different loads within the required forces and moments give equal readings."""
@@ -388,7 +388,7 @@ def ambiguous_load_findings(sensing: SensingAnalysis, design: Design) -> Iterato
             partial(other_silicones, design.spec, is_softer=False), partial(other_thicknesses, design.spec)))
 
 
-@rule_of_performance
+@performance_rule
 def tilt_above_noise(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     """Yield a note if one degree of tilt causes an error of more than `BESIDE_NOISE` times the noise on an axis."""
     most = worst_value(sensing, sensing.bench.range.axes, lambda point, axis: float(
@@ -413,7 +413,7 @@ def tilt_above_noise(sensing: SensingAnalysis, design: Design) -> Iterator[Verdi
         )
 
 
-@rule_of_performance
+@performance_rule
 @only_if_pad_holds
 def combined_errors(sensing: SensingAnalysis, design: Design) -> Iterator[Verdict]:
     """Yield findings on the total error of every axis at full load, due to all error sources together.

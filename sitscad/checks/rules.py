@@ -183,12 +183,12 @@ _REQUIRED = _ASKED | _FEELING | {"force": ("normal_force", "shear_force")}
 NO_REQUIREMENT = "no-requirement"
 """Key in ``data/messages.csv`` of the reason why a rule is not checked if the spec lacks a requirement."""
 
-def _states(requirements: Requirements, keys: tuple[str, ...]) -> bool:
+def _has_all(requirements: Requirements, keys: tuple[str, ...]) -> bool:
     return all(getattr(requirements, key) is not None for key in keys)
 
 
-def _need_of(keys: tuple[str, ...]) -> Callable[[SensorSpec], bool]:
-    return lambda spec: _states(spec.requirements, keys)
+def _requirement_test(keys: tuple[str, ...]) -> Callable[[SensorSpec], bool]:
+    return lambda spec: _has_all(spec.requirements, keys)
 
 
 def _step_files(mount: Mount | None) -> tuple[StepPart | None, StepPart | None]:
@@ -208,12 +208,12 @@ NEEDS: dict[str, tuple[Callable[[SensorSpec], bool], str]] = {
     "soldered thermistor": (lambda s: s.soldered_thermistor is not None, "no-soldered-thermistor"),
     "shield": (lambda s: s.shield is not None, "no-shield"),
     "tail": (lambda s: s.fpc.tail is not None, "no-tail"),
-    **{need: (_need_of(keys), NO_REQUIREMENT) for need, keys in _REQUIRED.items()},
+    **{need: (_requirement_test(keys), NO_REQUIREMENT) for need, keys in _REQUIRED.items()},
     "force": (lambda s: bool(s.requirements.normal_force or s.requirements.shear_force), NO_REQUIREMENT),
     "errors": (lambda s: any(getattr(s.requirements, f"{kind}_{what}") is not None
                              for kind in ("normal", "shear", "moment") for what in ("error", "resolution")),
                "no-error-limit"),
-    "feeling": (lambda s: any(_states(s.requirements, keys) for keys in _FEELING.values()), "no-performance-limit"),
+    "feeling": (lambda s: any(_has_all(s.requirements, keys) for keys in _FEELING.values()), "no-performance-limit"),
 }
 """Preconditions of rules by name.
 
@@ -229,21 +229,21 @@ class Outcome:
     fixes: tuple[Family, ...] = ()
 
 
-OF_ONE_CELL = {"SIT218", "SIT221", "SIT304", "SIT306", "SIT310", "SIT312", "SIT313", "SIT327",
-               *(f"SIT40{k}" for k in range(1, 10)), "SIT411", "SIT412", "SIT413", "SIT414"}
+ONE_CELL_RULES = {"SIT218", "SIT221", "SIT304", "SIT306", "SIT310", "SIT312", "SIT313", "SIT327",
+                  *(f"SIT40{k}" for k in range(1, 10)), "SIT411", "SIT412", "SIT413", "SIT414"}
 """Rules that report only the worst cell of a sensor with several cells. They check target, pad and performance.
 
 No changes are tried for the hints of these findings, because a trial needs a whole sensor.
 """
 
 
-OF_ARTWORK = frozenset(f"SIT{number}" for number in range(101, 134))
+ARTWORK_RULES = frozenset(f"SIT{number}" for number in range(101, 134))
 """Rules about the artwork of sitscad's own boards. They do not apply to boards that the user drew."""
 
-OF_THE_SOFTEST = {"SIT304", "SIT310", "SIT312"}
+SOFTEST_CELL_RULES = {"SIT304", "SIT310", "SIT312"}
 """Rules on the pad's compression. If two cells are equally bad, they report the cell with the softest pad.
 
-The softest pad has the fewest webs to its neighbours. Other rules of `OF_ONE_CELL` then report the cell with the
+The softest pad has the fewest webs to its neighbours. Other rules of `ONE_CELL_RULES` then report the cell with the
 smallest signal.
 """
 
@@ -256,11 +256,11 @@ def apply_rule(
     Hints contain only general advice, because no changes are tried. Findings milder than `least` have no hint. If
     `least` is None, no finding has a hint.
     """
-    results, undecided = outcomes(rule, design, least)
+    results, undecided = rule_outcomes(rule, design, least)
     return [locate_finding(outcome.finding, design.spec.source) for outcome in results], undecided
 
 
-def outcomes(
+def rule_outcomes(
     rule: Rule, design: Design, least: Severity | None = Severity.NOTE
 ) -> tuple[list[Outcome], list[NotChecked]]:
     """Return the findings of one rule with the changes to try, and the reasons for cases not checked.
@@ -268,11 +268,11 @@ def outcomes(
     The findings have no lines yet. Findings milder than `least` have no hint. If `least` is None, no finding has a
     hint.
     """
-    if design.spec.coil.copper is not None and rule.id in OF_ARTWORK:
+    if design.spec.coil.copper is not None and rule.id in ARTWORK_RULES:
         why = not_checked("drawn-by-user")
         return [], [NotChecked(rule.id, why.reason, why.case)]
-    if design.spec.cells is not None and rule.id in OF_ONE_CELL:
-        return _of_worst_cell(rule, design.cells, least)
+    if design.spec.cells is not None and rule.id in ONE_CELL_RULES:
+        return _worst_cell_outcomes(rule, design.cells, least)
     missing = next((need for need in rule.needs if not NEEDS[need][0](design.spec)), None)
     if missing is not None:
         mount = design.spec.mount
@@ -288,18 +288,19 @@ def outcomes(
         if isinstance(verdict, Undecided):
             undecided.append(NotChecked(rule.id, verdict.reason, verdict.case))
         elif isinstance(verdict, Violation):
-            results.append(Outcome(finding_of(rule, verdict, design.spec.readout.device, least), verdict.fixes))
+            finding = finding_from_violation(rule, verdict, design.spec.readout.device, least)
+            results.append(Outcome(finding, verdict.fixes))
     return results, undecided
 
 
-def _of_worst_cell(rule: Rule, cells: Cells, least: Severity | None) -> tuple[list[Outcome], list[NotChecked]]:
+def _worst_cell_outcomes(rule: Rule, cells: Cells, least: Severity | None) -> tuple[list[Outcome], list[NotChecked]]:
     """Return a rule's findings for the worse of two cells, with the cell's number in the message.
 
     The two are the cell with the softest pad and the cell with the smallest signal. If both are equally bad, rules of
-    `OF_THE_SOFTEST` report the cell with the softest pad, and other rules the cell with the smallest signal.
+    `SOFTEST_CELL_RULES` report the cell with the softest pad, and other rules the cell with the smallest signal.
     """
-    order = list(cells.extremes.items())[:: -1 if rule.id in OF_THE_SOFTEST else 1]
-    each = [(number, *outcomes(rule, cell, least)) for number, cell in order]
+    order = list(cells.extremes.items())[:: -1 if rule.id in SOFTEST_CELL_RULES else 1]
+    each = [(number, *rule_outcomes(rule, cell, least)) for number, cell in order]
 
     number, cell_outcomes, unsaid = max(
         each, key=lambda entry: max((_severity_key(outcome.finding) for outcome in entry[1]), default=()))
@@ -318,7 +319,7 @@ def _severity_key(finding: Finding) -> tuple[float, ...]:
     return -list(Severity).index(finding.severity), beyond * finding.rule.startswith("SIT4")
 
 
-def finding_of(
+def finding_from_violation(
     rule: Rule, complaint: Violation, converter: Converter, least: Severity | None = Severity.NOTE
 ) -> Finding:
     """Return the finding for a violation of a rule.
@@ -381,20 +382,20 @@ class RuleExample:
 
 def rule_example(rule_id: str) -> RuleExample | None:
     """Return the example of a rule. None if no spec alone can break the rule."""
-    changed = _changes().get(rule_id)
+    changed = _example_rows().get(rule_id)
     if changed is None:
         return None
     wrong, right = (_as_yaml([(row["key"], row[side]) for row in changed]) for side in ("wrong", "right"))
     return RuleExample(wrong, right)
 
 
-def no_example(rule_id: str) -> str:
+def reason_without_example(rule_id: str) -> str:
     """Return the reason why a rule has no example. Empty if it has one, and for rules of plugins."""
     return next((row["reason"] for row in rows("rule_examples") if row["rule"] == rule_id), "")
 
 
 @cache
-def _changes() -> dict[str, tuple[Row, ...]]:
+def _example_rows() -> dict[str, tuple[Row, ...]]:
     by_rule = groupby((row for row in rows("rule_examples") if not row["reason"]), key=lambda row: row["rule"])
     return {rule: tuple(changed_rows) for rule, changed_rows in by_rule}
 
@@ -413,10 +414,10 @@ def _as_yaml(values: Sequence[tuple[str, str]]) -> str:
             sections.setdefault(section, {})[f"{opened}{last}"] = f"{value}{'}' * len(parents)}"
     if not sections:
         return "\n".join(f"# no {key}" for key, _ in values)
-    return "\n".join(_section(name, inside) for name, inside in sections.items())
+    return "\n".join(_yaml_section(name, inside) for name, inside in sections.items())
 
 
-def _section(name: str, inside: dict[str, str]) -> str:
+def _yaml_section(name: str, inside: dict[str, str]) -> str:
     """Return a section of the spec as one line of YAML. `inside` maps the keys in the section to their values as text.
 
     If `inside` has an empty key, its value is the whole section. If `name` is empty as well, this value is the complete

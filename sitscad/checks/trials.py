@@ -11,10 +11,10 @@ from dataclasses import replace
 
 from sitscad.basics.finding import Finding, NotChecked, Remedy, Severity
 from sitscad.basics.messages import text_of
-from sitscad.checks.fixes.mending import Applied, is_better, is_further, worsened_rules
+from sitscad.checks.fixes.mending import AppliedFix, are_former_findings_gone, is_better, worsened_rules
 from sitscad.checks.fixes.moves import families_for_room
-from sitscad.checks.fixes.search import DRAWN, Budget, Fix, RemainingProblems, Search, hint_text, not_further, search
-from sitscad.checks.rules import Outcome, Rule, locate_finding, outcomes
+from sitscad.checks.fixes.search import DRAWN, Budget, Fix, RemainingProblems, Search, cut_short_hint, hint_text, search
+from sitscad.checks.rules import Outcome, Rule, locate_finding, rule_outcomes
 from sitscad.estimates.design import Design, has_same_board
 from sitscad.layout.routing.escape import SearchLimit
 from sitscad.spec.load import load_text
@@ -69,7 +69,7 @@ class Trials:
         result = self.mending(finding, outcome)
         hint = hint_text(finding.hint, result, {complaint.rule for complaint in self._complaints})
         remedies = [Remedy(fix.edits, remaining.new_warnings) for fix, remaining in result.mending]
-        return locate_finding(replace(finding, hint=hint, fixes=as_written(remedies, source)), source)
+        return locate_finding(replace(finding, hint=hint, fixes=writable_remedies(remedies, source)), source)
 
     def mending(self, finding: Finding, outcome: Outcome) -> Search:
         """Try changes for a finding. Return the changes that remove the finding, and the other tried changes.
@@ -189,7 +189,7 @@ class _NeedsEstimates(Exception):
     """Raised if a rule needs estimates of a design that is laid out but not estimated."""
 
 
-class _Unestimated(Design):
+class _UnestimatedDesign(Design):
     """Design with a layout but without estimates. It raises `_NeedsEstimates` if a rule needs them."""
 
     @property
@@ -202,7 +202,7 @@ class _ChangedDesign:
 
     def __init__(self, design: Design) -> None:
         self._design, self.is_estimated = design, False
-        self._unestimated = _Unestimated(design.spec, design.layout, of_board=design.of_board)
+        self._unestimated = _UnestimatedDesign(design.spec, design.layout, of_board=design.of_board)
         self.deferred_rules = set[str]()
         self.results_by_rule = dict[str, tuple[list[Finding], list[NotChecked]]]()
 
@@ -217,7 +217,7 @@ class _ChangedDesign:
         if not is_estimated and rule.id in self.deferred_rules:
             return False
         try:
-            results, undecided = outcomes(rule, self._design if is_estimated else self._unestimated, least=None)
+            results, undecided = rule_outcomes(rule, self._design if is_estimated else self._unestimated, least=None)
         except _NeedsEstimates:
             self.deferred_rules.add(rule.id)
             return False
@@ -225,7 +225,7 @@ class _ChangedDesign:
         return True
 
 
-def as_written(remedies: Iterable[Remedy], source: SpecSource) -> tuple[Remedy, ...]:
+def writable_remedies(remedies: Iterable[Remedy], source: SpecSource) -> tuple[Remedy, ...]:
     """Return the remedies (fixes of a finding) whose edits can be written into the spec's text.
 
     Their edits are completed from this text, for example by the old value. Remedies with new warnings are only returned
@@ -250,14 +250,14 @@ def _errors_in(findings: Iterable[Finding]) -> list[Finding]:
     return [finding for finding in findings if finding.severity is Severity.ERROR]
 
 
-def of_refused(error: SpecError, rules: tuple[Rule, ...], hints: str) -> tuple[Finding, ...]:
+def findings_with_tested_fixes(error: SpecError, rules: tuple[Rule, ...], hints: str) -> tuple[Finding, ...]:
     """Return the findings of a spec that could not be loaded, each with its tested fixes.
 
     Each fix is written into the text, and the text is loaded again. A fix remains if the text can then be loaded, or if
     its remaining findings show an improvement. Findings about other files have no fixes. `hints` is the name of the
     budget.
     """
-    findings, source = _with_room(error, rules, hints), error.source
+    findings, source = _findings_with_room_fixes(error, rules, hints), error.source
     return tuple(
         replace(finding, fixes=tuple(_fixes_for_reading(finding, error, source)) if source and finding.file is None
                 else ())
@@ -268,7 +268,7 @@ def of_refused(error: SpecError, rules: tuple[Rule, ...], hints: str) -> tuple[F
 def _fixes_for_reading(finding: Finding, error: SpecError, source: SpecSource) -> Iterator[Remedy]:
     """Yield the fixes of a finding after which the text can be loaded, or has better findings than before.
 
-    The findings are better if `is_further` or `is_better` returns True.
+    The findings are better if `are_former_findings_gone` or `is_better` returns True.
     """
     for remedy in finding.fixes:
         try:
@@ -277,8 +277,9 @@ def _fixes_for_reading(finding: Finding, error: SpecError, source: SpecSource) -
         except CannotWriteError:
             continue
         except SpecError as left:
-            applied = Applied(finding, remedy)
-            if not (is_further(error.findings, left.findings) or is_better(applied, error.findings, left.findings)):
+            applied = AppliedFix(finding, remedy)
+            before, after = error.findings, left.findings
+            if not (are_former_findings_gone(before, after) or is_better(applied, before, after)):
                 continue
         yield replace(remedy, edits=edits)
 
@@ -287,7 +288,7 @@ ROOM = ("SIT112", "SIT113")
 """Rules that check the room for vias and leads."""
 
 
-def _with_room(error: SpecError, rules: tuple[Rule, ...], hints: str) -> tuple[Finding, ...]:
+def _findings_with_room_fixes(error: SpecError, rules: tuple[Rule, ...], hints: str) -> tuple[Finding, ...]:
     """Return the findings of a spec that could not be loaded, with tried fixes if coils or turns lack room.
 
     These are the findings of SIT014 (coils) and SIT016 (turns). When a spec is loaded, room is computed by closed
@@ -301,11 +302,11 @@ def _with_room(error: SpecError, rules: tuple[Rule, ...], hints: str) -> tuple[F
         return error.findings
     trials = Trials(Design(spec), [rule for rule in rules if rule.id in ROOM], (), (), Budget.of(hints))
     result = trials.mending(first, Outcome(first, families))
-    further = not_further if result.is_cut_short else str
+    further = cut_short_hint if result.is_cut_short else str
     if not result.mending:
         return tuple(replace(finding, hint=further(finding.hint)) for finding in error.findings)
     fix, _ = result.mending[0]
-    fixes = as_written([Remedy(fix.edits)], spec.source)
+    fixes = writable_remedies([Remedy(fix.edits)], spec.source)
     cases = {"SIT014": "room-for-coils", "SIT016": "room-for-turns"}
     advice = {rule: further(text_of(case, "hint", {"change": fix.words})) for rule, case in cases.items()}
     return tuple(replace(finding, fixes=fixes, hint=advice[finding.rule]) for finding in error.findings)

@@ -52,7 +52,7 @@ def usual_ranges() -> tuple[UsualRange, ...]:
     ranges = []
     for row in rows("usual_ranges"):
         low, high, dimension = row["low"], row["high"], row["dimension"]
-        bounds = (_figure(low, dimension, -math.inf), _figure(high, dimension, math.inf))
+        bounds = (_parse_bound(low, dimension, -math.inf), _parse_bound(high, dimension, math.inf))
         range_text = f"{low} to {high}" if low and high else f"{high} at most" if high else f"{low} at least"
         value, key = row["value"] or row["key"], row["key"]
         called = COMPUTED_VALUES[value][0] if value in COMPUTED_VALUES else ""
@@ -60,7 +60,7 @@ def usual_ranges() -> tuple[UsualRange, ...]:
     return tuple(ranges)
 
 
-def _figure(text: str, dimension: str, otherwise: float) -> float:
+def _parse_bound(text: str, dimension: str, otherwise: float) -> float:
     if not text:
         return otherwise
     return float(text) if dimension == "number" else parse_quantity(text, dimension)
@@ -75,7 +75,7 @@ def _thicknesses(stackup: Stackup, kind: LayerKind, rigid: bool = False) -> list
             and (kind is LayerKind.COPPER or ("rigid" in dielectric_roles(layer.material)) is rigid)]
 
 
-def _poisson(pad: ElastomerPad | None) -> float | None:
+def _poisson_ratio(pad: ElastomerPad | None) -> float | None:
     """Return Poisson's ratio of the pad from its moduli. None if there is no pad.
 
     It is (3 K - 2 G) / (6 K + 2 G), with the bulk modulus K and the shear modulus G.
@@ -100,7 +100,7 @@ def _required_ratios(needs: Requirements) -> list[float]:
     return [error / force for error, force in pairs if error is not None and force]
 
 
-def _holes(mount: Mount | None) -> list[float]:
+def _hole_coordinates(mount: Mount | None) -> list[float]:
     """Return the coordinates (x, then y, of each hole; m) of a bench plate's holes, from the middle of the board."""
     return [each for hole in (mount.holes.holes if mount and mount.holes else ()) for each in hole.at]
 
@@ -116,7 +116,7 @@ COMPUTED_VALUES: dict[str, tuple[str, Callable[[Design], Any]]] = {
     "board": ("the board's longer side", lambda design: design.layout.size),
     "tolerances": ("", lambda design: dict(design.spec.assembly.tolerances)),
     "poisson": ("Poisson's ratio of the pad by its bulk and shear modulus",
-                lambda design: _poisson(design.spec.elastomer)),
+                lambda design: _poisson_ratio(design.spec.elastomer)),
     "plating": ("", lambda design: design.spec.fpc.stackup.plating_thickness or None),
     "permittivities": ("a layer's permittivity", lambda design: [
         one.relative_permittivity for one in design.spec.fpc.stackup.layers if one.relative_permittivity is not None
@@ -126,7 +126,7 @@ COMPUTED_VALUES: dict[str, tuple[str, Callable[[Design], Any]]] = {
     "loads": ("a force of a load case", lambda design: [
         abs(each) for load in design.spec.loads for each in (load.normal or 0.0, *load.shear)
     ]),
-    "holes": ("the place of a hole", lambda design: _holes(design.spec.mount)),
+    "holes": ("the place of a hole", lambda design: _hole_coordinates(design.spec.mount)),
 }
 """Values that are computed from several values of the spec, by their name in the table.
 
@@ -148,13 +148,14 @@ def unusual_values(design: Design) -> Iterator[Verdict]:
             sources = "; ".join(dict.fromkeys(usual.source for usual, _ in beyond))
             yield violation_of(
                 "unusual-rules", section, float(len(beyond)), 0.0, source=sources,
-                values=[f"{usual.called} {_shown(value, usual.dimension)} ({usual.words})" for usual, value in beyond],
+                values=[f"{usual.called} {_value_text(value, usual.dimension)} ({usual.words})"
+                        for usual, value in beyond],
             )
             continue
         for usual, value in pairs:
             bound = usual.low if value < usual.low else usual.high
             yield violation_of("unusual", usual.key, value, bound, SI.get(usual.dimension), source=usual.source,
-                               name=usual.called, value=_shown(value, usual.dimension), range=usual.words)
+                               name=usual.called, value=_value_text(value, usual.dimension), range=usual.words)
 
 
 def _relative_excess(usual: UsualRange, value: float) -> float:
@@ -182,7 +183,7 @@ def _values_at_key(design: Design, path: str) -> list[float]:
     return [] if values is None else list(values) if isinstance(values, (tuple, list)) else [values]
 
 
-def _shown(value: float, dimension: str) -> str:
+def _value_text(value: float, dimension: str) -> str:
     if dimension in SI:
         return show(value, SI[dimension])
     texts = {"angle": f"{math.degrees(value):.4g} deg", "temperature": f"{value:g} degC",

@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from sitscad.basics.finding import Severity
-from sitscad.checks.opening import map_in_processes, open_spec, policy_for
+from sitscad.checks.opening import map_in_processes, nearest_policy_of_spec, open_spec
 from sitscad.checks.policy import Policy
 from sitscad.cli.specs import baseline_of, show_findings, show_unreadable, specs_of, warn_of_unknown_specs
 from sitscad.cli.terminal import BASELINE, JOBS, PLUGIN, Example, Names, coloured, print_message, print_result
@@ -51,7 +51,7 @@ def build(
     loaded, code = [], 0
     for path in specs_of(specs):
         try:
-            policy = policy_for(path)
+            policy = nearest_policy_of_spec(path)
             loaded.append((open_spec(path, policy), policy))
         except SpecError as error:
             show_unreadable(path, error)

@@ -30,7 +30,7 @@ from sitscad.apps.study.sweeping import (
     value_text,
 )
 from sitscad.basics.units import count_text
-from sitscad.checks.opening import unreadable
+from sitscad.checks.opening import check_unreadable
 from sitscad.cli.specs import show_findings, show_unreadable, spec_of
 from sitscad.cli.terminal import Example, print_message, print_result, progress_of, row_of, write_output
 from sitscad.spec.reading import SpecError
@@ -139,7 +139,7 @@ def design(
     try:
         loaded = Study.load(study)
     except SpecError as error:
-        inspection = unreadable(study, error, "none")  # no command applies fixes to a study
+        inspection = check_unreadable(study, error, "none")  # no command applies fixes to a study
         findings = tuple(replace(finding, fixes=()) for finding in inspection.findings)
         show_findings([replace(inspection, findings=findings)])
         return 2

@@ -10,7 +10,7 @@ import click
 from sitscad.assembly.places.motions import MotionError, frequency_of, read_motions
 from sitscad.basics.units import count_text
 from sitscad.checks.judging import check
-from sitscad.checks.opening import open_spec, policy_for, unreadable
+from sitscad.checks.opening import check_unreadable, nearest_policy_of_spec, open_spec
 from sitscad.cli.measured import measured_options, print_comparison
 from sitscad.cli.specs import exit_code_of, spec_of
 from sitscad.cli.terminal import (
@@ -86,9 +86,9 @@ def estimate(
     if method is not None:
         row_of({row.name: row for row in METHODS}, method, "--method")
     try:
-        loaded = open_spec(spec, policy_for(spec))
+        loaded = open_spec(spec, nearest_policy_of_spec(spec))
     except SpecError as error:
-        unread = unreadable(spec, error)
+        unread = check_unreadable(spec, error)
         print_result(show(spec, None, unread, coloured(sys.stdout), None, None, ()))
         return unread.exit_code
     layout = lay_out(loaded)

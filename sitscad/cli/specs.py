@@ -12,7 +12,7 @@ import click
 from sitscad.basics.finding import Severity
 from sitscad.basics.units import count_text, escape_controls
 from sitscad.checks.findings import FINDING_FORMATS, CheckedSpec, OutputOptions
-from sitscad.checks.opening import open_spec, policy_for, specs_in, unreadable
+from sitscad.checks.opening import check_unreadable, find_specs, nearest_policy_of_spec, open_spec
 from sitscad.checks.policy import Baseline, read_baseline
 from sitscad.cli.terminal import coloured, columns, print_message
 from sitscad.spec.reading import SpecError
@@ -25,7 +25,7 @@ def specs_of(paths: Iterable[str]) -> list[str]:
         print_message(f"{escape_controls(path)} is a study and is skipped (sitscad design {escape_controls(path)})")
 
     try:
-        return specs_in(list(paths), skip)
+        return find_specs(list(paths), skip)
     except ValueError as error:
         raise click.UsageError(str(error)) from error
 
@@ -61,13 +61,13 @@ def show_findings(checked: list[CheckedSpec], named: bool = False) -> None:
 
 def show_unreadable(path: str, error: SpecError) -> None:
     """Print the errors of a spec that cannot be read, as text to stderr."""
-    show_findings([unreadable(path, error)])
+    show_findings([check_unreadable(path, error)])
 
 
 def spec_of(path: str) -> SensorSpec | None:
     """Return the spec in a file, read with the configuration above it. None, after a message, if it cannot be read."""
     try:
-        return open_spec(path, policy_for(path))
+        return open_spec(path, nearest_policy_of_spec(path))
     except SpecError as error:
         show_unreadable(path, error)
         return None

@@ -25,7 +25,7 @@ from sitscad.checks.assembly.fit import findings_on_solids, rules_in_fit_file
 from sitscad.checks.findings import CheckedSpec, checked_spec, to_json
 from sitscad.checks.judging import all_rules
 from sitscad.checks.judging import apply_rules as reviewed
-from sitscad.checks.policy import Baseline, Policy, apply_policy, ignored_test
+from sitscad.checks.policy import Baseline, Policy, apply_policy, make_ignored_test
 from sitscad.estimates import Estimates, estimated
 from sitscad.estimates.design import ROOM_TEMPERATURE, Design, at_room_temperature
 from sitscad.estimates.loads.pad import NoResponse
@@ -122,7 +122,7 @@ class Contents:
         """Findings of the check, each with its position in the spec's text."""
         # Cached in the design: dimensions measured on the solids later do not affect these rules
         source = self.design.spec.source
-        is_ignored = ignored_test(source, all_rules(), self.policy)
+        is_ignored = make_ignored_test(source, all_rules(), self.policy)
         result = memo(
             self.design, f"reviewed with {self.hints} hints by {self.policy}",
             lambda: reviewed(self.design, self.hints, is_ignored=is_ignored),

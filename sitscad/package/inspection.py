@@ -11,12 +11,12 @@ from sitscad.basics.finding import Finding, Remedy, Severity
 from sitscad.basics.late import late
 from sitscad.basics.record import record
 from sitscad.checks.findings import CheckedSpec, checked_spec
-from sitscad.checks.fixes.mending import Applied, RolledBack, mended_text
+from sitscad.checks.fixes.mending import AppliedFix, UndoneFix, mended_text
 from sitscad.checks.fixes.search import DECISIVE
 from sitscad.checks.judging import CheckResult, all_rules
 from sitscad.checks.judging import apply_rules as reviewed
-from sitscad.checks.opening import open_spec, policy_for, unreadable
-from sitscad.checks.policy import Baseline, Policy, apply_policy, chosen_rules, ignored_test
+from sitscad.checks.opening import check_unreadable, nearest_policy_of_spec, open_spec
+from sitscad.checks.policy import Baseline, Policy, apply_policy, make_ignored_test, selected_rules
 from sitscad.estimates.design import Design
 from sitscad.spec.load import load_text, read_text
 from sitscad.spec.reading import SpecError, decode_text
@@ -81,11 +81,11 @@ def inspect(
     PolicyError
         if the configuration cannot be used
     """
-    policy = policy_for(path)
+    policy = nearest_policy_of_spec(path)
     try:
         spec = open_spec(path, policy)
     except SpecError as error:
-        return Inspection(unreadable(path, error, hints))
+        return Inspection(check_unreadable(path, error, hints))
     # If a configuration changes severities, a note may be shown as an error
     return _inspect_spec(spec, hints, policy, options, draws, draws_fit, Severity.NOTE if policy.severity else least)
 
@@ -93,11 +93,11 @@ def inspect(
 def inspect_text(text: str, path: str, hints: str = DECISIVE, options: CheckOptions = ALL) -> Inspection:
     """Check the text of a spec as if it were the content of the file at `path`. Parameters are as for `inspect`."""
     plain = decode_text(text.encode("utf-8"))
-    policy = policy_for(path)
+    policy = nearest_policy_of_spec(path)
     try:
         spec = load_text(plain, path, policy.profiles)
     except SpecError as error:
-        return Inspection(unreadable(path, error, hints, plain))
+        return Inspection(check_unreadable(path, error, hints, plain))
     return _inspect_spec(spec, hints, policy, options)
 
 
@@ -107,9 +107,9 @@ def _inspect_spec(
 ) -> Inspection:
     """Return the result of checking a spec under a policy, with its pictures if requested."""
     design = Design(spec)
-    is_ignored = ignored_test(spec.source, all_rules(), policy, options.select, options.ignore)
+    is_ignored = make_ignored_test(spec.source, all_rules(), policy, options.select, options.ignore)
     checked = _configured_check(spec.name, spec.source, reviewed(design, hints, least, is_ignored))
-    selected = chosen_rules(all_rules(), options.select, options.ignore)
+    selected = selected_rules(all_rules(), options.select, options.ignore)
     left_out = [rule.id for rule in all_rules() if rule.id not in selected]
     checked = checked.without(left_out, "left out by --select or --ignore") if left_out else checked
     checked = apply_policy(checked, spec.source, all_rules(), policy, options.baseline)
@@ -123,7 +123,7 @@ def as_configured(spec: SensorSpec, result: CheckResult, policy: Policy | None =
     `policy` is the configuration; None for the file nearest to the spec in its folder or the folders above.
     """
     checked = _configured_check(spec.name, spec.source, result)
-    return apply_policy(checked, spec.source, all_rules(), policy or policy_for(spec.source.path))
+    return apply_policy(checked, spec.source, all_rules(), policy or nearest_policy_of_spec(spec.source.path))
 
 
 def _configured_check(name: str, source: SpecSource, result: CheckResult) -> CheckedSpec:
@@ -145,8 +145,8 @@ class MendedSpec:
     before: str
     after: str
     inspection: Inspection
-    applied: tuple[Applied, ...] = ()
-    rolled_back: tuple[RolledBack, ...] = ()
+    applied: tuple[AppliedFix, ...] = ()
+    rolled_back: tuple[UndoneFix, ...] = ()
 
     @property
     def diff(self) -> str:
@@ -211,7 +211,7 @@ def mend(
     try:
         text = read_text(path)
     except SpecError as error:
-        return MendedSpec(path, "", "", Inspection(unreadable(path, error, hints)))
+        return MendedSpec(path, "", "", Inspection(check_unreadable(path, error, hints)))
 
     def said(of: str) -> CheckedSpec:
         return inspect_text(of, path, hints, options).checked

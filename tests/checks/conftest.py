@@ -10,7 +10,7 @@ import pytest
 from sitscad.basics.finding import Finding, NotChecked
 from sitscad.checks.fixes.search import Budget
 from sitscad.checks.judging import RULES
-from sitscad.checks.rules import apply_rule, outcomes
+from sitscad.checks.rules import apply_rule, rule_outcomes
 from sitscad.checks.trials import Trials
 from sitscad.estimates.coil_estimates import CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
 from sitscad.estimates.design import Design
@@ -123,7 +123,7 @@ def advised(rule_id: str, spec: SensorSpec, layout: Layout | None = None) -> lis
     """Findings of one rule with their hints, which this rule alone was tried for."""
     rule = next(rule for rule in RULES if rule.id == rule_id)
     subject = Design(spec, layout)
-    result, _ = outcomes(rule, subject)
+    result, _ = rule_outcomes(rule, subject)
     return Trials(subject, [rule], result, (), Budget.of("full")).advised()
 
 

@@ -9,7 +9,7 @@ import sitscad
 from sitscad.basics.finding import Severity
 from sitscad.checks.fixes.search import LEVELS, MORE_TRIALS, Budget, CostlyFamily, FamilyByAmount, search
 from sitscad.checks.judging import HINTS, RULES, check, mended
-from sitscad.checks.rules import outcomes
+from sitscad.checks.rules import rule_outcomes
 from sitscad.checks.trials import Trials
 from sitscad.estimates import estimated
 from sitscad.estimates.design import Design
@@ -71,7 +71,7 @@ def test_unknown_hint_level_gives_value_error(hints):
 def test_exhausted_hint_budget_gives_no_fix():
     spec = spec_of("octagon", turns=4, layers=2, size=5.0, readout=REFUSED)
     subject = Design(spec)
-    message = [outcome for rule in RULES for outcome in outcomes(rule, subject)[0]]
+    message = [outcome for rule in RULES for outcome in rule_outcomes(rule, subject)[0]]
     result = {f.rule: f for f in Trials(subject, RULES, message, (), Budget(0, 0, 0)).advised()}
     assert all(MORE_TRIALS in result[rule].hint and not result[rule].fixes for rule in ("SIT101", "SIT202"))
 
@@ -89,7 +89,7 @@ def test_exhausted_layout_budget_winds_no_coils_for_hints(monkeypatch):
     """Seven turns too many of fine tracks: room for the vias inside was looked for after the last trial."""
     spec = spec_of(turns=20, layers=4, size=7.0, width=80)
     subject = Design(spec)
-    message = [outcome for rule in RULES for outcome in outcomes(rule, subject)[0]]
+    message = [outcome for rule in RULES for outcome in rule_outcomes(rule, subject)[0]]
     assert "SIT112" in {outcome.finding.rule for outcome in message}
     budget, tried = Budget(1, 1, 0), []
     trials = Trials(subject, RULES, message, (), budget)

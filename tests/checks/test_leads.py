@@ -8,7 +8,7 @@ from one_rule import findings_of
 from tolerance import approx
 
 from sitscad.basics.finding import Severity
-from sitscad.checks.fixes.moves import fewer_turns, more_turns, whole_turns, with_each
+from sitscad.checks.fixes.moves import fewer_turns, more_turns, whole_turns, with_each_turns
 from sitscad.checks.judging import check
 from sitscad.checks.reading.electrical import WARNED
 from sitscad.estimates import estimate
@@ -79,8 +79,8 @@ def test_whole_turns_gives_nearest_turns_first(shape, layers, turns, named):
     spec = wound(shape, layers, turns)
     numbers = list(whole_turns(spec.coil))
     assert numbers == approx(named, rel=1e-6)
-    assert [change.spec.coil.turns for change in with_each(spec, numbers)] == numbers
-    assert all(f"{change.spec.coil.turns:.7g}" in change.words for change in with_each(spec, numbers))
+    assert [change.spec.coil.turns for change in with_each_turns(spec, numbers)] == numbers
+    assert all(f"{change.spec.coil.turns:.7g}" in change.words for change in with_each_turns(spec, numbers))
 
 
 def test_changed_jaw_width_recomputes_layout():
@@ -101,7 +101,7 @@ def test_suggested_turns_never_give_backward_lead(shape, layers, turns):
     spec = wound(shape, layers, turns)
     coil = spec.coil
     numbers = *more_turns(coil, 1.01), *more_turns(coil, 1.3), *fewer_turns(coil, turns - 0.01, 6)
-    for fix in with_each(spec, numbers):
+    for fix in with_each_turns(spec, numbers):
         assert fix.spec == spec or least_closing(fix.spec.coil) > -0.05
     assert next(more_turns(coil, 1.01)) > turns
     assert len(list(fewer_turns(coil, turns - 0.01, 6))) == 8

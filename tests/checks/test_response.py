@@ -11,7 +11,7 @@ from tolerance import approx
 import sitscad
 from sitscad.basics.finding import Severity
 from sitscad.checks.findings import checked_spec, json_document
-from sitscad.checks.fixes.pads import cut_to_target, other_metals
+from sitscad.checks.fixes.pads import other_metals, pad_cut_to_target
 from sitscad.checks.reading.response import FEWEST_STEPS, LEAST_SHARE, responses
 from sitscad.checks.rules import constant_limits
 from sitscad.estimates.design import Design
@@ -244,7 +244,8 @@ def test_pad_wider_than_target_gets_hint_to_cut_it():
     assert float(times) == approx(there / here, rel=0.05) and there > 1.2 * here
     (untried,) = findings_of("SIT217", spec)
     assert "elastomer.size: 10" in untried.hint
-    assert cut_to_target(narrow) is None and cut_to_target(spec.replace("elastomer.offset", [0.5e-3, 0])) is None
+    assert pad_cut_to_target(narrow) is None
+    assert pad_cut_to_target(spec.replace("elastomer.offset", [0.5e-3, 0])) is None
 
 
 @pytest.mark.slow

@@ -8,7 +8,7 @@ import pytest
 import rule_examples
 
 import sitscad.data
-from sitscad.checks.rules import no_example, rule_example
+from sitscad.checks.rules import reason_without_example, rule_example
 from sitscad.data import rows
 from sitscad.spec.reading import RULE_TEXTS
 
@@ -48,7 +48,7 @@ def test_rule_example_is_yaml_of_changed_keys():
     assert rule_examples.value(result.wrong) == {"coil": {"outer_diameter": 3, "turns": 3, "trace_width": 0.05}}
     assert rule_examples.value(result.right) == {"coil": {"outer_diameter": 6, "turns": 7, "trace_width": 0.1}}
     assert rule_example("SIT320") is None
-    assert no_example("SIT320") and not no_example("SIT205")
+    assert reason_without_example("SIT320") and not reason_without_example("SIT205")
     missing = rule_example("SIT003")
     assert missing is not None and missing.wrong == "# no coil.turns" and rule_examples.value(missing.wrong) is None
 

@@ -17,7 +17,7 @@ from one_rule import findings_of  # noqa: E402
 
 from sitscad.basics.finding import Edit, Severity  # noqa: E402
 from sitscad.basics.messages import text_of  # noqa: E402
-from sitscad.checks.fixes.mending import Applied, is_better, worsened_rules  # noqa: E402
+from sitscad.checks.fixes.mending import AppliedFix, is_better, worsened_rules  # noqa: E402
 from sitscad.checks.fixes.moves import with_turns  # noqa: E402
 from sitscad.checks.fixes.search import Budget, RemainingProblems, hint_text, search  # noqa: E402
 from sitscad.checks.judging import check  # noqa: E402
@@ -210,10 +210,10 @@ def test_error_fix_that_worsens_warning_is_accepted_and_reported():
     (worse,) = [each for each in after if each.rule == "SIT215"]
     assert remedy.new_warnings == () and worse.measured < 0.95 * result["SIT215"].measured
     assert worsened_rules(before, after) == {"SIT215"} and not worsened_rules(after, before)
-    assert is_better(Applied(result["SIT210"], remedy), before, after)
+    assert is_better(AppliedFix(result["SIT210"], remedy), before, after)
     milder = replace(result["SIT210"], severity=Severity.WARNING)
     warned = [milder if each.rule == "SIT210" else each for each in before]
-    assert not is_better(Applied(milder, remedy), warned, after)
+    assert not is_better(AppliedFix(milder, remedy), warned, after)
 
 
 @pytest.mark.more

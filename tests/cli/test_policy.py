@@ -11,7 +11,7 @@ import pytest
 
 from sitscad.basics.finding import Finding, Severity
 from sitscad.checks.fixes.search import Search
-from sitscad.checks.policy.judgement import Baseline, BaselineFinding, comments
+from sitscad.checks.policy.judgement import Baseline, BaselineFinding, silencing_comments
 from sitscad.spec import templates
 
 COMMENT = "# sitscad: ignore "
@@ -75,7 +75,7 @@ def test_ignore_comment_may_follow_other_comment_on_its_line(run, good):
     )
     spec = spec_of(run, "good.yaml")
     assert ignored_of(spec) == {"SIT103": ("comment", "asked")}
-    (result,) = comments("turns: 9  # eight do not do  # sitscad: ignore SIT103", {"SIT103"})
+    (result,) = silencing_comments("turns: 9  # eight do not do  # sitscad: ignore SIT103", {"SIT103"})
     assert (result.column, result.fault) == (30, "it gives no reason: who said so, and when?")
 
 
@@ -121,7 +121,7 @@ def test_ignore_comment_for_unchecked_rule_yields_no_warning(run, good):
     "line", ['name: "x # sitscad: ignore SIT103 no"', "name: 'x # sitscad: ignore SIT103 no'", "a: b#sitscad: ignore x"]
 )
 def test_hash_in_quotes_starts_no_comment(line):
-    assert comments(line, ["SIT103"]) == ()
+    assert silencing_comments(line, ["SIT103"]) == ()
 
 
 # ---------------------------------------------------------------------------------------------------- configuration

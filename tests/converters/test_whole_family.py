@@ -13,8 +13,8 @@ from tolerance import approx
 
 import sitscad
 from sitscad.apps.hardware.source import open_source
-from sitscad.checks.reading.drive import _too_strong
-from sitscad.checks.reading.readings import readings_of
+from sitscad.checks.reading.drive import _strong_drive_findings
+from sitscad.checks.reading.readings import all_readings
 from sitscad.cli import report_error
 from sitscad.data import DataError
 from sitscad.files.documents import firmware
@@ -80,9 +80,9 @@ def test_amplitude_hints_use_drive_table_of_converter(xdc2214):
     assert weak.estimates.readout.drive_code == 15
     findings = next(item for item in sitscad.check(weak.spec).findings if item.rule == "SIT204")
     assert "weak-drive" in findings.cases
-    loud = replace(readings_of(weak.estimates.coils, "amplitude", True)[0], value=2.0)
+    loud = replace(all_readings(weak.estimates.coils, "amplitude", True)[0], value=2.0)
     weakest = replace(weak.estimates, readout=replace(weak.estimates.readout, drive_code=0))
-    (message,) = _too_strong(sitscad.Design(weak.spec, given_estimates=weakest), loud)
+    (message,) = _strong_drive_findings(sitscad.Design(weak.spec, given_estimates=weakest), loud)
     assert "50 kohm" in message.text("hint") and "XAC0001 8.2" in message.text("hint")
 
 

@@ -12,7 +12,7 @@ from tolerance import approx
 
 from sitscad.assembly.places.column import usual_tolerances
 from sitscad.basics.quantities import plus_minus
-from sitscad.checks.findings.measures import headline, signal_table
+from sitscad.checks.findings.measures import signal_lines, signal_table
 from sitscad.data import is_unverified
 from sitscad.estimates import estimate
 from sitscad.estimates.circuits import track_slopes, uncertainty
@@ -442,7 +442,7 @@ def test_loss_dominated_signal_states_inductance_part(metal, is_by_loss):
     without = (squares[0] + lost[0]) / (squares[1] + lost[1]) - 1.0
     rows = {row[0]: row[1] for row in signal_table([signal], result.coils, result.readout.drive_code).rows}
     alone = "by the inductance alone: the reading follows losses, too"
-    (line,) = headline([signal])
+    (line,) = signal_lines([signal])
     assert signal.has_loss_in_it is is_by_loss is (alone in rows) is ("it follows losses, too" in line)
     if is_by_loss:
         assert signal.per_newton < 0.0 < signal.share, "two signs"

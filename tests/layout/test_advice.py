@@ -13,7 +13,7 @@ from sitscad.checks.board import room as room_rules
 from sitscad.checks.fixes import moves as room
 from sitscad.checks.fixes.search import GROWTH, Budget, FamilyByAmount, Fix, RemainingProblems, search
 from sitscad.checks.judging import RULES
-from sitscad.checks.rules import outcomes
+from sitscad.checks.rules import rule_outcomes
 from sitscad.checks.trials import Trials
 from sitscad.estimates.design import Design
 from sitscad.kernels.geometry.path import Point, polyline
@@ -27,7 +27,7 @@ from sitscad.spec.load import load_text
 def advised(spec, hints="full"):
     """What the rules of room say of a spec, with hints that only they were tried for."""
     subject, rules = Design(spec), [rule for rule in RULES if rule.id in ("SIT112", "SIT113", "SIT118", "SIT119")]
-    message = [outcome for rule in rules for outcome in outcomes(rule, subject)[0]]
+    message = [outcome for rule in rules for outcome in rule_outcomes(rule, subject)[0]]
     return Trials(subject, rules, message, (), Budget.of(hints)).advised()
 
 

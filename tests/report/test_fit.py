@@ -11,7 +11,7 @@ from tolerance import approx
 from sitscad.assembly.places.fit import fit
 from sitscad.basics.check_results import Measure, Share
 from sitscad.checks.findings import CheckedSpec, OutputOptions, as_json, as_text
-from sitscad.checks.findings.measures import fit_tables, fit_words
+from sitscad.checks.findings.measures import fit_lines, fit_tables
 
 MEASURED = fit(handmade.jaw_sensor())
 
@@ -22,8 +22,8 @@ def measure(nominal, likely, worst, limit=5e-3):
 
 def test_negative_overhang_text_says_below_zero():
     words = "of 5 mm (below zero: back from the face's edge), 5.44 mm to spare"
-    assert fit_words([measure(-0.618e-3, -0.504e-3, -0.443e-3)])[0].endswith(words)
-    assert "below zero" not in fit_words([measure(0.1e-3, 0.2e-3, 0.3e-3)])[0]
+    assert fit_lines([measure(-0.618e-3, -0.504e-3, -0.443e-3)])[0].endswith(words)
+    assert "below zero" not in fit_lines([measure(0.1e-3, 0.2e-3, 0.3e-3)])[0]
 
 
 @pytest.mark.parametrize(("sizes", "words"), [
@@ -32,7 +32,7 @@ def test_negative_overhang_text_says_below_zero():
     ((4.9e-3, 5.2e-3, 5.4e-3), "at worst 5.4 of 5 mm, 400 um short (200 um by root-sum-square)"),
 ])
 def test_fit_line_gives_remaining_or_missing_length(sizes, words):
-    assert all(fit_words([measure(*sizes)], whole)[0].endswith(words) for whole in (False, True))
+    assert all(fit_lines([measure(*sizes)], whole)[0].endswith(words) for whole in (False, True))
 
 
 def test_passing_sensor_prints_fit_margin():

@@ -15,7 +15,7 @@ import sitscad
 from sitscad.basics.finding import Finding, NotChecked, Place, Severity
 from sitscad.basics.units import quantity, show
 from sitscad.checks.findings import CheckedSpec, checked_spec, numbered_places
-from sitscad.checks.findings.measures import NO_SIGNAL, OTHERS_MEANING, OTHERS_TITLE, headline, signal_table
+from sitscad.checks.findings.measures import NO_SIGNAL, OTHERS_MEANING, OTHERS_TITLE, signal_lines, signal_table
 from sitscad.estimates.design import Design
 from sitscad.files.report import numbers
 from sitscad.files.report.page import findings_html, render
@@ -161,7 +161,7 @@ def test_signal_line_follows_verdict(design):
     felt = estimates.signals
     assert len(felt) == 2 and felt[0].per_newton < 0.0
     line = re.search(r"<p class='signal'>(.*?)</p>", page).group(1)
-    assert line == html.escape(f"Signal: {'; '.join(headline(felt))}")
+    assert line == html.escape(f"Signal: {'; '.join(signal_lines(felt))}")
     assert page.index("class='verdict") < page.index("class='signal") < page.index("class='tiles")
     share = felt[0].per_newton * felt[0].force / felt[0].rest  # of what the change per newton is of
     assert f"{show(100.0 * share, '%', 3)} of the inductance at the contacts over 1 N" in line

@@ -19,7 +19,7 @@ from test_sarif import VALID
 import sitscad
 from sitscad.checks.findings import CheckedSpec, checked_spec
 from sitscad.checks.findings.ci import sarif as render
-from sitscad.checks.rules import Violation, apply_rule, finding_of, locate_finding
+from sitscad.checks.rules import Violation, apply_rule, finding_from_violation, locate_finding
 from sitscad.estimates.design import Design
 from sitscad.package.inspection import inspect
 
@@ -116,7 +116,7 @@ def test_layout_fault_result_points_at_key():
 def test_manual_finding_result_points_at_key(rule, root):
     spec = sitscad.load(root / "templates" / "grasper_4layer.yaml")
     (row,) = (each for each in sitscad.RULES if each.id == rule)
-    finding = locate_finding(finding_of(row, Violation("it is so", key=BY_HAND[rule]), spec.readout.device),
+    finding = locate_finding(finding_from_violation(row, Violation("it is so", key=BY_HAND[rule]), spec.readout.device),
                              spec.source)
     (result,) = results_of(checked_spec(spec.name, spec.source, (finding,), ()))
     assert_points_at_its_key(result, spec.source.text)

@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import sitscad
 from sitscad.checks.judging import RULES
-from sitscad.checks.rules import outcomes
+from sitscad.checks.rules import rule_outcomes
 from sitscad.estimates.design import Design
 
 METALS = ["copper", "aluminium", "brass", "stainless-304", "stainless-17-4ph", "titanium-grade-5", "ferrite"]
@@ -99,7 +99,7 @@ def judged(document):
     estimates = sitscad.estimate(layout)
     json.dumps(estimates.as_json("extreme.yaml"), allow_nan=False)
     subject = Design(spec, layout, estimates)
-    return sorted({outcome.finding.rule for rule in RULES for outcome in outcomes(rule, subject)[0]})
+    return sorted({outcome.finding.rule for rule in RULES for outcome in rule_outcomes(rule, subject)[0]})
 
 
 class TooLong(BaseException):

@@ -31,7 +31,7 @@ from ruamel.yaml import YAML
 
 import sitscad
 from sitscad.checks.fixes.search import Budget
-from sitscad.checks.rules import outcomes
+from sitscad.checks.rules import rule_outcomes
 from sitscad.checks.trials import Trials
 from sitscad.estimates.design import Design
 
@@ -162,7 +162,7 @@ RULES = [rule for rule in sitscad.RULES if rule.id in ("SIT111", "SIT112", "SIT1
 def errors_of(spec: sitscad.SensorSpec) -> list:
     """What found no room, each with the change that gives some where trying finds one."""
     subject = Design(spec)
-    message = [outcome for rule in RULES for outcome in outcomes(rule, subject)[0]]
+    message = [outcome for rule in RULES for outcome in rule_outcomes(rule, subject)[0]]
     result = Trials(subject, RULES, message, (), Budget.of("full")).advised() if message else []
     return [finding for finding in result if finding.severity == "error"]
 

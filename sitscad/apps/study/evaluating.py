@@ -29,7 +29,7 @@ from sitscad.basics.finding import Finding, Severity
 from sitscad.basics.record import record, replace
 from sitscad.checks.judging import CheckResult, all_rules
 from sitscad.checks.judging import apply_rules as checked
-from sitscad.checks.opening import policy_for, usable_processors
+from sitscad.checks.opening import nearest_policy_of_spec, usable_processors
 from sitscad.checks.performance import requirement_results
 from sitscad.checks.policy import Policy
 from sitscad.checks.pool import process_pool
@@ -121,7 +121,7 @@ def screen_designs(specs: Sequence[SensorSpec], measures: Sequence[str]) -> list
     ``unknown`` lists the rules that the screen level cannot decide. Designs that cannot be screened are evaluated at
     the full level. ``level`` states the level that was used.
     """
-    policies = {path: policy_for(path) for path in {spec.source.path for spec in specs}}
+    policies = {path: nearest_policy_of_spec(path) for path in {spec.source.path for spec in specs}}
     return [
         _screen_design(spec, measures, policies[spec.source.path])
         if can_screen(spec) else evaluate_design(spec, measures)

@@ -21,7 +21,7 @@ from sitscad.basics.record import record
 from sitscad.basics.units import UNITS
 from sitscad.basics.version import __version__
 from sitscad.checks.judging import all_rules
-from sitscad.checks.opening import open_spec, policy_for
+from sitscad.checks.opening import nearest_policy_of_spec, open_spec
 from sitscad.data import PACKAGE
 from sitscad.spec.load import is_overlapping, load_text, load_values, put_value, rewritten_spec
 from sitscad.spec.profiles import FILES
@@ -49,12 +49,12 @@ class Base:
     @classmethod
     def from_source(cls, source: SpecSource) -> Base:
         """Return the base of a loaded spec, from its source."""
-        return cls(source.text, source.path, policy_for(source.path).profiles)
+        return cls(source.text, source.path, nearest_policy_of_spec(source.path).profiles)
 
     @classmethod
     def from_file(cls, path: str) -> Base:
         """Return the base of a spec file. Raises `SpecError` if the file is not a valid spec."""
-        policy = policy_for(path)
+        policy = nearest_policy_of_spec(path)
         return cls(open_spec(path, policy).source.text, path, policy.profiles)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -106,7 +106,7 @@ class Base:
         """Code version, rules, configuration, comments that suppress rules, and hashes of files that the spec names."""
         files = _hashes(self.spec.source.files)
         comments = [line.strip() for line in self.text.splitlines() if IGNORES in line]
-        policy = policy_for(self.path).as_json()
+        policy = nearest_policy_of_spec(self.path).as_json()
         return [code_version(), [rule.id for rule in all_rules()], policy, comments, files]
 
     def _named_file_hashes(self, changes: Changes, values: Any) -> dict[str, str] | list[str]:

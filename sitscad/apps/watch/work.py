@@ -27,7 +27,7 @@ from sitscad.basics.quantities import TANK
 from sitscad.basics.record import record
 from sitscad.basics.units import quantity
 from sitscad.checks.findings import CheckedSpec
-from sitscad.checks.opening import is_study, open_spec, policy_for, unreadable
+from sitscad.checks.opening import check_unreadable, is_study, nearest_policy_of_spec, open_spec
 from sitscad.checks.policy import PolicyError
 from sitscad.estimates.coil_estimates import CoilEstimate
 from sitscad.estimates.design import Design
@@ -86,7 +86,7 @@ def stage_events(path: str, before: EarlierResults, serves: bool) -> Iterator[Ev
     if is_study(path):
         yield from _study_events(path, before, serves)
         return
-    began, policy = time.perf_counter(), policy_for(path)
+    began, policy = time.perf_counter(), nearest_policy_of_spec(path)
     try:
         spec = open_spec(path, policy)
     except SpecError as error:
@@ -147,7 +147,7 @@ def _study_events(path: str, before: EarlierResults, serves: bool) -> Iterator[E
 
 def _refusal_event(path: str, error: SpecError, seconds: float) -> Event:
     """Return the event for a file that cannot be read: findings on its faults. `seconds` is the time that it took."""
-    verdict = _verdict(unreadable(path, error, "decisive"), [path]) | {"unreadable": True}
+    verdict = _verdict(check_unreadable(path, error, "decisive"), [path]) | {"unreadable": True}
     return Event("findings", verdict, seconds=seconds)
 
 

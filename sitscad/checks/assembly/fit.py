@@ -21,13 +21,13 @@ from sitscad.basics.finding import Finding, Place, Severity
 from sitscad.checks.board.fabrication import limit_document
 from sitscad.checks.fixes.moves import hole_plating_only, reread_change, thinner_tails
 from sitscad.checks.fixes.pads import with_film
-from sitscad.checks.fixes.search import setting
+from sitscad.checks.fixes.search import with_value
 from sitscad.checks.rules import (
     ROUNDING,
     Rule,
     Verdict,
     Violation,
-    finding_of,
+    finding_from_violation,
     join_texts,
     locate_finding,
     not_checked,
@@ -81,7 +81,7 @@ def _repeated_bend_finding(spec: SensorSpec, tail: Tail) -> Violation:
     It is a warning if the tail does not suit repeated bends, or if the fabricator states no bend radius for them.
     Otherwise it is a note.
     """
-    dynamic = setting(spec, "fpc.tail.bend", "dynamic", "dynamic")
+    dynamic = with_value(spec, "fpc.tail.bend", "dynamic", "dynamic")
     moving, figure = replace(tail, bend="dynamic"), bend_figure(dynamic.spec.fpc)
     results = [*_repeated_bend_materials(dynamic.spec, moving),
                *(_bend_radius(dynamic.spec, moving, *figure) if figure else ())]
@@ -107,7 +107,7 @@ def _repeated_bend_materials(spec: SensorSpec, tail: Tail) -> Iterator[Violation
             hint="moving-layers-hinge" if in_hinge else "",
             severity=Severity.ERROR if tail.layers > 2 else Severity.WARNING,
             fixes=(lambda: [*thinner_tails(spec)][::-1],
-                   lambda: [] if in_hinge else [setting(spec, "fpc.tail.bend", "static", "static")]),
+                   lambda: [] if in_hinge else [with_value(spec, "fpc.tail.bend", "static", "static")]),
         )
     if spec.fpc.copper != "rolled-annealed":
         yield violation_of(
@@ -165,7 +165,7 @@ def shield_gap(design: Design) -> Iterator[Verdict]:
         yield violation_of(
             "shield-low", "shield.gap", needed, mount.standoff, "m", base="jaw" if mount.jaw else "mount",
             missing=needed - mount.standoff,
-            fixes=(lambda: [setting(design.spec, "mount.standoff", high, f"{1e3 * high:.6g}")],),
+            fixes=(lambda: [with_value(design.spec, "mount.standoff", high, f"{1e3 * high:.6g}")],),
         )
 
 
@@ -255,7 +255,7 @@ def findings_on_solids(document: Mapping[str, Any], device: Converter, source: S
         if not each["kept"]:
             rule, key = MEASUREMENT_RULES[each["what"]]
             violation = _solid_violation(each, each.get("key", key))
-            findings.append(locate_finding(finding_of(_RULES[rule], violation, device), source))
+            findings.append(locate_finding(finding_from_violation(_RULES[rule], violation, device), source))
     return tuple(findings)
 
 

@@ -28,7 +28,7 @@ from sitscad.basics.units import parse_quantity
 from sitscad.checks.assembly.fit import GRAIN
 from sitscad.checks.fixes.moves import reread_changes
 from sitscad.checks.fixes.pads import Plate, centred_plates, larger_target, pad_sides_under_plate, resized_plates
-from sitscad.checks.fixes.search import Family, Fix, setting
+from sitscad.checks.fixes.search import Family, Fix, with_value
 from sitscad.checks.rules import ROUNDING, Verdict, constant_limits, not_checked, rule_of, violation_of
 from sitscad.data import rows
 from sitscad.estimates.design import Design
@@ -93,7 +93,7 @@ def pad_under_target(spec: SensorSpec) -> Iterator[Fix]:
     """
     pad, plate = spec.elastomer, spec.target
     if pad is not None and plate is not None and pad.offset != plate.offset:
-        yield setting(spec, "elastomer.offset", plate.offset, pair_text(plate.offset))
+        yield with_value(spec, "elastomer.offset", plate.offset, pair_text(plate.offset))
     moved = [name for name, part in (("elastomer", pad), ("target", plate)) if part is not None and any(part.offset)]
     if moved:
         back: dict[str, Any] = {name: replace(getattr(spec, name), offset=(0.0, 0.0)) for name in moved}

@@ -22,9 +22,9 @@ from sitscad.basics.finding import Severity
 from sitscad.basics.units import show
 from sitscad.checks.assembly.fit import GRAIN, require_jaw, unmeasured_jaw_case
 from sitscad.checks.assembly.plates import pair_text as in_brackets
-from sitscad.checks.fixes.moves import narrower_coils, other_ends, reread_change, reread_changes
+from sitscad.checks.fixes.moves import moved_layer_ends, narrower_coils, reread_change, reread_changes
 from sitscad.checks.fixes.references import smaller_references
-from sitscad.checks.fixes.search import Family, Fix, setting
+from sitscad.checks.fixes.search import Family, Fix, with_value
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, not_checked, rule_of, violation_of
 from sitscad.estimates.design import Design
 from sitscad.kernels.geometry.convex import Box
@@ -101,7 +101,7 @@ def _smaller_margin(spec: SensorSpec, axis: int, excess: float) -> Fix | None:
     x, y = spec.fpc.margin
     less = GRAIN * math.floor(((x, y)[axis] - 0.5 * excess + ROUNDING) / GRAIN)
     margin = (less, y) if axis == 0 else (x, less)
-    return setting(spec, "fpc.margin", margin, in_brackets(margin)) if less >= 0.0 else None
+    return with_value(spec, "fpc.margin", margin, in_brackets(margin)) if less >= 0.0 else None
 
 
 def _smaller_margins(spec: SensorSpec, axis: int, excess: float) -> Iterator[Fix]:
@@ -134,7 +134,7 @@ def _narrower_boards(spec: SensorSpec, by: float) -> tuple[Family, ...]:
     The first moves the ends of the coil's layers, so that the leads need less width. The second makes the coils
     narrower.
     """
-    return lambda: islice(other_ends(spec), MOST_ENDS), partial(narrower_coils, spec, by)
+    return lambda: islice(moved_layer_ends(spec), MOST_ENDS), partial(narrower_coils, spec, by)
 
 
 def _pocket_findings(

@@ -17,7 +17,7 @@ from sitscad.basics.units import show
 from sitscad.checks.assembly.fit import require_pad
 from sitscad.checks.assembly.plates import plates_lie_on_body
 from sitscad.checks.fixes.pads import other_thicknesses, thicker_target
-from sitscad.checks.fixes.search import Fix, setting
+from sitscad.checks.fixes.search import Fix, with_value
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, constant_limits, not_checked, rule_of, violation_of
 from sitscad.estimates.design import ROOM_TEMPERATURE, Design
 from sitscad.estimates.loads.pad import PAD_INSTABILITY, TOO_SOFT, loaded_poses
@@ -162,7 +162,7 @@ def target_rotation(design: Design) -> Iterator[Verdict]:
         None if enough is None else enough / width, hint=hint,
         severity=Severity.ERROR if lost == TOO_SOFT else Severity.WARNING, force=force or 0.0, part=part,
         enough=enough, fixes=() if enough is None else (
-            lambda: [setting(design.spec, "elastomer.thickness", enough, f"{enough * 1e3:.4g} mm")],),
+            lambda: [with_value(design.spec, "elastomer.thickness", enough, f"{enough * 1e3:.4g} mm")],),
     )
 
 
@@ -283,7 +283,7 @@ def _shear_strain_findings(design: Design, force: float, strain: float) -> Itera
 
 
 def _silicone_fix(spec: SensorSpec, material: ElastomerMaterial) -> Fix:
-    return setting(spec, "elastomer.material", material, material.name)
+    return with_value(spec, "elastomer.material", material, material.name)
 
 
 def _with_silicone(spec: SensorSpec, material: ElastomerMaterial | None) -> list[Fix]:
@@ -438,7 +438,8 @@ def _find_stiffer_pad(spec: SensorSpec, force: float) -> _StifferPad:
         low, high = (low, middle) if bears(pad.material, middle) else (middle, high)
     least, enough = _rounded_up(high / _modulus_lower_bound(sigma)), _softest_sufficient(bears)
     written = show(least, "Pa", 3)
-    change = setting(spec, "elastomer.material.shear_modulus", least, written, f"a shear modulus of {written} or more")
+    change = with_value(spec, "elastomer.material.shear_modulus", least, written,
+                        f"a shear modulus of {written} or more")
     fixes = (*_with_silicone(spec, enough), change)
     if enough is None:
         return _StifferPad(least, fixes=fixes)

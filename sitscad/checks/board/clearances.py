@@ -15,7 +15,7 @@ from sitscad.basics.arrays import Array, Index
 from sitscad.basics.finding import Missing, Place
 from sitscad.checks.board.fabrication import length_violation, minimum_gap_source
 from sitscad.checks.fixes.moves import larger_connectors, wider_tracks
-from sitscad.checks.fixes.search import Family, setting
+from sitscad.checks.fixes.search import Family, with_value
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of, violation_of
 from sitscad.data import is_unverified
 from sitscad.estimates.design import Design, cached_per_board
@@ -181,7 +181,7 @@ def _gap_violation(spec: SensorSpec, traces: tuple[Trace, ...], near: Nearness, 
     radius = _common_radius(coil, traces, near.one.net) if is_of_turns else None
     if radius is not None:
         key, hint = "coil.corner_radius", "gap-radius"
-        fixes = (lambda: [setting(spec, "coil.corner_radius", radius, f"{radius * 1e3:.6g}")],)
+        fixes = (lambda: [with_value(spec, "coil.corner_radius", radius, f"{radius * 1e3:.6g}")],)
     elif is_of_turns and minimum - near.gap <= spiral_gap_reduction(coil):
         spacing = GRAIN * math.ceil((coil.trace_spacing + (minimum - near.gap)) / GRAIN - 1e-6)
         # with fewer turns if the wider pitch needs their room

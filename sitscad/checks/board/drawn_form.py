@@ -17,7 +17,7 @@ from sitscad.basics.finding import Place
 from sitscad.basics.record import record
 from sitscad.checks.board.clearances import ALLOWED_SHORTFALL, cached_copper
 from sitscad.checks.board.fabrication import minimum_gap_source
-from sitscad.checks.fixes.moves import other_ends
+from sitscad.checks.fixes.moves import moved_layer_ends
 from sitscad.checks.rules import Rule, Verdict, not_checked, rule_of, violation_of
 from sitscad.estimates.design import Design, cached_per_board
 from sitscad.kernels.geometry.path import Point, winding_number
@@ -278,7 +278,7 @@ def acute_angle(design: Design) -> Iterator[Verdict]:
         pairs.add(pair)
         yield violation_of(
             "acute", "coil", math.degrees(angle), math.degrees(ACUTE), "degrees", place=Place(x, y, layer, (a.net,)),
-            fixes=(lambda: other_ends(design.spec),), tracks=[name_of(a), name_of(b)], layer=layer,
+            fixes=(lambda: moved_layer_ends(design.spec),), tracks=[name_of(a), name_of(b)], layer=layer,
         )
 
 
@@ -292,7 +292,7 @@ def sliver(design: Design) -> Iterator[Verdict]:
     holder, source = minimum_gap_source(design.spec.fpc.rules, minimum)
     for near in conductor_notches(cached_copper(design), minimum - ALLOWED_SHORTFALL):
         yield violation_of(
-            "notch", "coil", near.gap, minimum, "m", source=source, fixes=(lambda: other_ends(design.spec),),
+            "notch", "coil", near.gap, minimum, "m", source=source, fixes=(lambda: moved_layer_ends(design.spec),),
             place=Place(near.x, near.y, near.layer, (near.one.net,)), pair=pair_in_words(near), layer=near.layer,
             house=holder,
         )

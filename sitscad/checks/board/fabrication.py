@@ -16,7 +16,7 @@ from typing import Any
 from sitscad.basics.finding import Place, Severity
 from sitscad.basics.units import show
 from sitscad.checks.fixes.moves import finer_fabricators, hole_plating_only, reread_change, reread_changes, wider_tracks
-from sitscad.checks.fixes.search import Family, Fix, setting
+from sitscad.checks.fixes.search import Family, Fix, with_value
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, not_checked, rule_of, violation_of
 from sitscad.data import is_unverified
 from sitscad.estimates.design import Design
@@ -281,7 +281,7 @@ def _wider_track_families(spec: SensorSpec, field: str, is_all: bool = False) ->
 
     def finer() -> Iterator[Fix]:
         for name, profile in islice(finer_fabricators(spec.coil, spec.fpc.stackup), MAX_NAMED_FABRICATORS):
-            yield setting(spec, "fpc.rules", profile, name)
+            yield with_value(spec, "fpc.rules", profile, name)
 
     houses = () if is_all else (finer,)
     return partial(wider_tracks, spec, width, spacing), partial(_unplated_tracks, spec, field), *houses

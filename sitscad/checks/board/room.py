@@ -14,7 +14,7 @@ from sitscad.assembly.places.seating import PLATE_CORNER, plate_plan
 from sitscad.basics.finding import Missing, Place, Severity, Shortfall
 from sitscad.checks.fixes import moves, references
 from sitscad.checks.fixes.moves import SMALL_PARTS
-from sitscad.checks.fixes.search import GROWTH, CostlyFamily, Family, FamilyByAmount, Fix, setting
+from sitscad.checks.fixes.search import GROWTH, CostlyFamily, Family, FamilyByAmount, Fix, with_value
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of, violation_of
 from sitscad.estimates.design import Design
 from sitscad.kernels.geometry.convex import Box, signed_distance
@@ -163,20 +163,21 @@ def _changes_for_room(spec: SensorSpec, lack: Shortfall) -> tuple[Family, ...]:
     match lack.what:
         case Missing.INNER_ROOM:
             more = max(missing or 0.0, 0.5 * spec.fpc.rules.via_pad)
-            return (CostlyFamily(partial(moves.roomy_turns, spec, spec.coil.most_turns, FEWER)),
+            return (CostlyFamily(partial(moves.turns_with_room_for_vias, spec, spec.coil.most_turns, FEWER)),
                     FamilyByAmount(partial(moves.larger_coils, spec), more,
                                    fits=lambda changed: moves.inner_vias_fit(changed.artwork), is_costly=True))
         case Missing.LEAD_ROOM if body is not None and body.size is not None:
             # changes inside the specified outline come first, and cheap trials first: trials that end in a board
             inside = [FamilyByAmount(partial(move, spec), GRAIN)
                       for move in (moves.coils_farther_apart, moves.smaller_coils)]
-            return *of_reference, *inside[len(spec.array.placements) == 1 :], partial(moves.other_ends, spec), wider
+            return (*of_reference, *inside[len(spec.array.placements) == 1 :], partial(moves.moved_layer_ends, spec),
+                    wider)
         case Missing.LEAD_ROOM if len(spec.array.placements) > 1:
             first = moves.lead_room(spec.array.placements, spec.coil, spec.fpc.rules)
             return (*of_reference, FamilyByAmount(partial(moves.coils_farther_apart, spec), first),
-                    partial(moves.other_ends, spec), partial(_separated_turned_coils, spec, GROWTH * first))
+                    partial(moves.moved_layer_ends, spec), partial(_separated_turned_coils, spec, GROWTH * first))
         case Missing.LEAD_ROOM:
-            return *of_reference, partial(moves.other_ends, spec)
+            return *of_reference, partial(moves.moved_layer_ends, spec)
         case Missing.TAIL_ROOM:
             return (partial(moves.larger_connectors, spec, "pitch"),)
         case Missing.TAIL_LAYERS:
@@ -267,7 +268,7 @@ def _large_plate_note(plate: Box, middle: tuple[float, float], largest: BodySpec
 
 def _with_largest_body(spec: SensorSpec, largest: BodySpec) -> Fix:
     """Return the change that sets the body's outline to the largest allowed outline (``fpc.largest``)."""
-    return setting(replace(spec, fpc=replace(spec.fpc, margin=(0.0, 0.0))), "fpc.body", largest, largest.written)
+    return with_value(replace(spec, fpc=replace(spec.fpc, margin=(0.0, 0.0))), "fpc.body", largest, largest.written)
 
 
 def _changes_within_largest(

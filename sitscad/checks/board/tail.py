@@ -20,7 +20,7 @@ from sitscad.basics.record import record
 from sitscad.checks.board.clearances import edge_crossings
 from sitscad.checks.board.fabrication import limit_document
 from sitscad.checks.fixes.moves import larger_body, reread_changes, thinner_tails
-from sitscad.checks.fixes.search import Family, FamilyByAmount, Fix, setting
+from sitscad.checks.fixes.search import Family, FamilyByAmount, Fix, with_value
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, not_checked, rule_of, violation_of
 from sitscad.data import is_unverified
 from sitscad.estimates.design import Design
@@ -159,7 +159,7 @@ def tail_length(design: Design) -> Iterator[Verdict]:
     assert tail is not None
     if drawn_length > tail.length + ROUNDING:
         needed = LENGTH_GRAIN * math.ceil(drawn_length / LENGTH_GRAIN - 1e-6)
-        fix = setting(design.spec, "fpc.tail.length", needed, f"{needed * 1e3:.1f} mm")
+        fix = with_value(design.spec, "fpc.tail.length", needed, f"{needed * 1e3:.1f} mm")
         yield violation_of("tail-length", "fpc.tail.length", tail.length, drawn_length, "m", fixes=(lambda: [fix],),
                            length=f"{needed * 1e3:.1f} mm")
 
@@ -193,7 +193,7 @@ def _sharp_bend_findings(spec: SensorSpec) -> Iterator[Violation]:
         return
     if tail.bend_radius < least - ROUNDING:
         rounder = math.ceil(least * 1e5 - 1e-6) * 1e-5  # rounded as written
-        changed = setting(spec, "fpc.tail.bend_radius", rounder, "").spec
+        changed = with_value(spec, "fpc.tail.bend_radius", rounder, "").spec
         fix = Fix((Edit("fpc.tail.bend.radius", f"{rounder * 1e3:.6g}"),), changed)
         yield violation_of(
             "bend-radius-small", "fpc.tail.bend.radius", tail.bend_radius, least, "m", severity=Severity.WARNING,
@@ -210,7 +210,7 @@ def _longer_tails(spec: SensorSpec, tail_length: float, missing: float) -> tuple
 
     def longer(by: float) -> Fix:
         length = LENGTH_GRAIN * math.ceil((tail_length + by) / LENGTH_GRAIN - 1e-6)
-        fix = setting(spec, "fpc.tail.length", length, f"{length * 1e3:.1f} mm")
+        fix = with_value(spec, "fpc.tail.length", length, f"{length * 1e3:.1f} mm")
         return fix if length <= LONGEST else Fix((), spec)
 
     return (FamilyByAmount(longer, missing, LENGTH_GRAIN),)
@@ -303,7 +303,7 @@ def _near_step_violation(
     """
     margin = spec.fpc.margin
     longer = GRAIN * math.ceil((margin[0] + (minimum - gap)) / GRAIN - 1e-6)
-    fix = setting(spec, "fpc.margin", (longer, margin[1]), f"[{longer * 1e3:g}, {margin[1] * 1e3:g}]")
+    fix = with_value(spec, "fpc.margin", (longer, margin[1]), f"[{longer * 1e3:g}, {margin[1] * 1e3:g}]")
     if spec.fpc.body is not None:
         fix = larger_body(spec, longer)
     return violation_of(case, "fpc.tail.layers", gap, minimum, "m", hint="near-step", details=("near-step",),

@@ -28,11 +28,11 @@ from sitscad.basics.units import escape_controls
 from sitscad.basics.version import __version__
 from sitscad.checks.findings.document import (
     CheckedSpec,
-    by_severity,
     excerpt,
     finding_identities,
     finding_json,
     fingerprint,
+    sorted_by_severity,
     to_json,
 )
 from sitscad.checks.findings.text import OutputOptions, RuleTexts, summary
@@ -52,7 +52,7 @@ def sarif(checked: Sequence[CheckedSpec], output: OutputOptions) -> str:
     Paths are relative to the root folder of `output`; only paths outside this folder are absolute.
     """
     indices = {rule.id: index for index, rule in enumerate(output.rules)}
-    driver = {"name": "sitscad", "semanticVersion": __version__, "rules": [_rule(rule) for rule in output.rules]}
+    driver = {"name": "sitscad", "semanticVersion": __version__, "rules": [_sarif_rule(rule) for rule in output.rules]}
     # Notifications of the SARIF run: rules that were not checked
     notifications = [
         {
@@ -70,7 +70,7 @@ def sarif(checked: Sequence[CheckedSpec], output: OutputOptions) -> str:
         ignored = {id(each.finding): each for each in spec.ignored}
         findings = [*spec.findings, *(each.finding for each in spec.ignored)]
         for finding, name in zip(findings, finding_identities(findings), strict=True):
-            results.append(_result(spec, finding, name, output, indices, ignored.get(id(finding))))
+            results.append(_sarif_result(spec, finding, name, output, indices, ignored.get(id(finding))))
     run = {
         "tool": {"driver": driver},
         "invocations": [{"executionSuccessful": True, "toolExecutionNotifications": notifications}],
@@ -81,7 +81,7 @@ def sarif(checked: Sequence[CheckedSpec], output: OutputOptions) -> str:
     return to_json({"$schema": SCHEMA, "version": "2.1.0", "runs": [run]})
 
 
-def _rule(rule: RuleTexts) -> dict[str, Any]:
+def _sarif_rule(rule: RuleTexts) -> dict[str, Any]:
     help_text = f"{rule.summary}\n\nWhy: {rule.why}\n\nTo mend it: {rule.mend}\n\nSource: {rule.source}"
     markdown = f"{rule.summary}\n\n**Why:** {rule.why}\n\n**To mend it:** {rule.mend}\n\n**Source:** {rule.source}"
     return {
@@ -95,7 +95,7 @@ def _rule(rule: RuleTexts) -> dict[str, Any]:
     }
 
 
-def _result(
+def _sarif_result(
     spec: CheckedSpec, finding: Finding, name: str, output: OutputOptions, indices: dict[str, int],
     ignored: Ignored | None,
 ) -> dict[str, Any]:
@@ -111,7 +111,7 @@ def _result(
     entry = finding_json(finding)
     known_fields = ("rule", "severity", "message", "detail", "hint", "key", "line", "column", "file", "fixes")
     # Location of a finding in SARIF
-    region = _region(spec, finding)
+    region = _sarif_region(spec, finding)
     place = {"artifactLocation": where} | ({"region": region} if region else {})
     location: dict[str, Any] = {"physicalLocation": place}
     if finding.key:
@@ -125,7 +125,7 @@ def _result(
         "partialFingerprints": {"primaryLocationLineHash": f"{mark}:1", "sitscadFinding/v1": mark},
         "properties": {name: value for name, value in entry.items() if name not in known_fields and value is not None},
     }
-    if fixes := [fix for fix in (_fix(spec, remedy, where) for remedy in finding.fixes) if fix]:
+    if fixes := [fix for fix in (_sarif_fix(spec, remedy, where) for remedy in finding.fixes) if fix]:
         result["fixes"] = fixes
     if ignored is not None:
         kind = "inSource" if ignored.by == "comment" else "external"
@@ -133,7 +133,7 @@ def _result(
     return result
 
 
-def _fix(spec: CheckedSpec, remedy: Remedy, where: dict[str, Any]) -> dict[str, Any] | None:
+def _sarif_fix(spec: CheckedSpec, remedy: Remedy, where: dict[str, Any]) -> dict[str, Any] | None:
     """Return a fix in SARIF form, as replaced lines of the spec. None if it cannot be written into the spec's text.
 
     `where` is the location of the spec's file in SARIF form.
@@ -162,7 +162,7 @@ def _fix(spec: CheckedSpec, remedy: Remedy, where: dict[str, Any]) -> dict[str, 
     }
 
 
-def _region(spec: CheckedSpec, finding: Finding) -> dict[str, Any] | None:
+def _sarif_region(spec: CheckedSpec, finding: Finding) -> dict[str, Any] | None:
     """Return line, columns and text of the value to which a finding points. None if the finding has no line."""
     if finding.line is None:
         return None
@@ -205,7 +205,7 @@ def junit(checked: Sequence[CheckedSpec], output: OutputOptions) -> str:
         rules = {rule.id: rule.name for rule in output.rules}
         rules |= {finding.rule: finding.name for finding in spec.findings}
         for rule in sorted(rules):
-            _case(suite, spec, output, path, rule, rules[rule])
+            _add_test_case(suite, spec, output, path, rule, rules[rule])
         for count, kind in (("failures", "failure"), ("errors", "error"), ("skipped", "skipped")):
             suite.set(count, str(sum(case.find(kind) is not None for case in suite)))
         suite.set("tests", str(len(suite)))
@@ -216,7 +216,7 @@ def junit(checked: Sequence[CheckedSpec], output: OutputOptions) -> str:
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{ElementTree.tostring(top, encoding="unicode")}\n'
 
 
-def _case(suite: Element, spec: CheckedSpec, output: OutputOptions, path: str, rule: str, name: str) -> None:
+def _add_test_case(suite: Element, spec: CheckedSpec, output: OutputOptions, path: str, rule: str, name: str) -> None:
     """Add a rule to a test suite as a test case, with its findings.
 
     `path` is the spec's path in the report. `rule` and `name` are the rule's identifier and name.
@@ -257,27 +257,27 @@ _COMMANDS = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.NOTE
 
 def github(checked: Sequence[CheckedSpec], output: OutputOptions) -> str:
     """Return annotations of GitHub Actions for the ten worst findings, the number of findings, and the verdict."""
-    unsorted_pairs = [(spec, finding) for spec in checked for finding in by_severity(spec.findings)]
+    unsorted_pairs = [(spec, finding) for spec in checked for finding in sorted_by_severity(spec.findings)]
     pairs = sorted(unsorted_pairs, key=lambda pair: list(Severity).index(pair[1].severity))
-    lines = [_command(spec, finding, output) for spec, finding in pairs[:SHOWN]]
+    lines = [_annotation(spec, finding, output) for spec, finding in pairs[:SHOWN]]
     if len(pairs) > SHOWN:
         lines.append(f"sitscad: the {SHOWN} worst of {len(pairs)} findings are annotated; the others are not.")
     return "\n".join([*lines, f"sitscad: {summary(checked)}"]) + "\n"
 
 
-def _command(spec: CheckedSpec, finding: Finding, output: OutputOptions) -> str:
+def _annotation(spec: CheckedSpec, finding: Finding, output: OutputOptions) -> str:
     places = {"line": finding.line, "col": finding.column}
     properties = {
         "file": output.path_from_root(finding.file or spec.path),
         **{name: str(value) for name, value in places.items() if value is not None},
         "title": f"{finding.rule} {finding.name}",
     }
-    escaped = {name: _data(value).replace(":", "%3A").replace(",", "%2C") for name, value in properties.items()}
+    escaped = {name: _escape_data(value).replace(":", "%3A").replace(",", "%2C") for name, value in properties.items()}
     settings = ",".join(f"{name}={value}" for name, value in escaped.items())
-    return f"::{_COMMANDS[finding.severity]} {settings}::{_data(finding.advised_message)}"
+    return f"::{_COMMANDS[finding.severity]} {settings}::{_escape_data(finding.advised_message)}"
 
 
-def _data(text: str) -> str:
+def _escape_data(text: str) -> str:
     """Return a message escaped for a workflow command: a single line that cannot start another command."""
     lines = (escape_controls(line) for line in text.replace("%", "%25").splitlines())
     return "%0A".join(lines)
@@ -289,35 +289,36 @@ def job_summary(checked: Sequence[CheckedSpec], pictures: Mapping[str, str]) -> 
     For every spec, it has the verdict, a picture, all findings, and the rules that were not checked or are ignored.
     `pictures` maps the spec's path to the SVG text of its picture.
     """
-    return "\n".join(["## sitscad", "", summary(checked), "", *(_section(spec, pictures) for spec in checked)])
+    return "\n".join(["## sitscad", "", summary(checked), "", *(_markdown_section(spec, pictures) for spec in checked)])
 
 
-def _section(spec: CheckedSpec, pictures: Mapping[str, str]) -> str:
-    lines = [f"### {_cell(spec.path)}", "", summary([spec]), ""]
+def _markdown_section(spec: CheckedSpec, pictures: Mapping[str, str]) -> str:
+    lines = [f"### {_escape(spec.path)}", "", summary([spec]), ""]
     if picture := pictures.get(spec.path):
         lines += ["```text", picture, "```", ""]
     if spec.findings:
         lines += ["| severity | rule | place | finding |", "|---|---|---|---|"]
-        lines += [_row(finding) for finding in by_severity(spec.findings)] + [""]
+        lines += [_markdown_row(finding) for finding in sorted_by_severity(spec.findings)] + [""]
     for ignored in spec.ignored:
-        lines.append(f"- ignored: {ignored.finding.rule} {_cell(ignored.finding.message)} ({_cell(ignored.reason)})")
+        message = _escape(ignored.finding.message)
+        lines.append(f"- ignored: {ignored.finding.rule} {message} ({_escape(ignored.reason)})")
     reasons: dict[str, list[str]] = {}
     for skipped in spec.not_checked:
         reasons.setdefault(skipped.reason, []).append(skipped.rule)
-    lines += [f"- not checked: {', '.join(rules)} ({_cell(reason)})" for reason, rules in reasons.items()]
+    lines += [f"- not checked: {', '.join(rules)} ({_escape(reason)})" for reason, rules in reasons.items()]
     return "\n".join([*lines, ""])
 
 
-def _row(finding: Finding) -> str:
+def _markdown_row(finding: Finding) -> str:
     place = ":".join(str(part) for part in (finding.file, finding.line, finding.column) if part)
-    hint = f"<br>{_cell(finding.hint)}" if finding.hint else ""
+    hint = f"<br>{_escape(finding.hint)}" if finding.hint else ""
     name = f"{finding.rule} {finding.name}"
-    return f"| {finding.severity.value} | {name} | {_cell(place)} | {_cell(finding.whole_message)}{hint} |"
+    return f"| {finding.severity.value} | {name} | {_escape(place)} | {_escape(finding.whole_message)}{hint} |"
 
 
 _MARKDOWN = str.maketrans({character: f"\\{character}" for character in "\\`*_[]<>|#~$"})
 
 
-def _cell(text: str) -> str:
+def _escape(text: str) -> str:
     """Return text on one line with all characters escaped that have a meaning in Markdown."""
     return escape_controls(" ".join(text.split())).translate(_MARKDOWN)

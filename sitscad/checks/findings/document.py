@@ -149,19 +149,19 @@ def checked_spec(
     )
 
 
-def in_order(findings: Sequence[Finding]) -> list[Finding]:
+def sorted_by_place(findings: Sequence[Finding]) -> list[Finding]:
     """Return findings sorted by their place in the spec's text."""
     return sorted(findings, key=lambda f: (f.file or "", f.line or 0, f.column or 0, f.rule))
 
 
-def by_severity(findings: Sequence[Finding]) -> list[Finding]:
+def sorted_by_severity(findings: Sequence[Finding]) -> list[Finding]:
     """Return findings sorted as in the report: errors first, then by place in the spec's text."""
     return sorted(findings, key=lambda f: (list(Severity).index(f.severity), f.line or 0, f.rule))
 
 
 def numbered_places(findings: Sequence[Finding]) -> list[tuple[int, Finding]]:
     """Return the findings that have a place on the board, each with its number (from 1) in report and pictures."""
-    return list(enumerate((finding for finding in by_severity(findings) if finding.place is not None), 1))
+    return list(enumerate((finding for finding in sorted_by_severity(findings) if finding.place is not None), 1))
 
 
 def finding_identities(findings: Sequence[Finding]) -> list[str]:
@@ -234,7 +234,7 @@ def json_document(checked: Sequence[CheckedSpec]) -> dict[str, Any]:
 
 def to_json(document: object) -> str:
     """Return `document` as JSON text in ASCII. Infinite numbers and NaN become null."""
-    return json.dumps(_finite(document), indent=1, allow_nan=False) + "\n"
+    return json.dumps(_without_nan(document), indent=1, allow_nan=False) + "\n"
 
 
 RESULT_KEYS = ("requirement", "rule", "measured", "limit", "unit", "axis", "at")
@@ -268,12 +268,12 @@ def finding_json(finding: Finding) -> dict[str, Any]:
     return entry
 
 
-def _finite(value: object) -> object:
+def _without_nan(value: object) -> object:
     """Return a copy of dictionaries, lists and numbers in which infinite numbers and NaN are None."""
     if isinstance(value, Mapping):
-        return {key: _finite(entry) for key, entry in value.items()}
+        return {key: _without_nan(entry) for key, entry in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_finite(entry) for entry in value]
+        return [_without_nan(entry) for entry in value]
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
@@ -287,9 +287,9 @@ def read_findings(content: bytes, path: str, text: str) -> CheckedSpec | None:
     """
     try:
         (spec,) = json.loads(content)["specs"]
-        ignored = [Ignored(_finding(each["finding"]), each["reason"], each["by"]) for each in spec["ignored"]]
+        ignored = [Ignored(_read_finding(each["finding"]), each["reason"], each["by"]) for each in spec["ignored"]]
         not_checked = tuple(NotChecked(each["rule"], each["reason"]) for each in spec["not_checked"])
-        findings = tuple(map(_finding, spec["findings"]))
+        findings = tuple(map(_read_finding, spec["findings"]))
         closing, shut = None, spec["closing"]
         if shut is not None:
             closing = Closing(shut["parallel_at_m"], shut["reach_m"], shut["opening_rad"], shut["pivot_offset_m"])
@@ -297,7 +297,7 @@ def read_findings(content: bytes, path: str, text: str) -> CheckedSpec | None:
             Signal(**{quantity.field: each[quantity.key] for quantity in SIGNAL}) for each in spec["signal"])
         return CheckedSpec(
             path, text, findings, not_checked, signals=signals, ignored=tuple(ignored),
-            fit=tuple(map(_measure, spec["fit"])), closing=closing,
+            fit=tuple(map(_read_measure, spec["fit"])), closing=closing,
             reached=tuple(RequirementResult(**each) for each in spec["felt"]), name=spec["name"] or "",
             board=None if spec["board"] is None else tuple(
                 spec["board"][key] for key in BOARD if key in spec["board"]),
@@ -306,7 +306,7 @@ def read_findings(content: bytes, path: str, text: str) -> CheckedSpec | None:
         return None
 
 
-def _finding(entry: dict[str, Any]) -> Finding:
+def _read_finding(entry: dict[str, Any]) -> Finding:
     place = entry.get("place")
     fixes = (
         Remedy(tuple(Edit(each["key"], each["new"], each["old"], each.get("what", "value")) for each in fix["edits"]),
@@ -322,7 +322,7 @@ def _finding(entry: dict[str, Any]) -> Finding:
     )
 
 
-def _measure(entry: dict[str, Any]) -> Measure:
+def _read_measure(entry: dict[str, Any]) -> Measure:
     parts = tuple(Share(**{quantity.field: each[quantity.key] for quantity in FIT_PART}) for each in entry["parts"])
     values = {quantity.field: entry[quantity.key] for quantity in FIT if quantity.field != "margin"}
     return Measure(**values, parts=parts)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from sitscad.estimates.coil_estimates import CoilEstimate  # an unchanged build loads no estimates
 
 
-def fit_words(fit: Sequence[Measure], whole: bool = False) -> list[str]:
+def fit_lines(fit: Sequence[Measure], whole: bool = False) -> list[str]:
     """Return a line for each size of the sensor in its jaw, with its limit and the room that remains.
 
     A line has the worst-case size. With `whole`, it also has the nominal size, and the size with the root-sum-square of
@@ -28,10 +28,10 @@ def fit_words(fit: Sequence[Measure], whole: bool = False) -> list[str]:
         cases = f"{nominal}, by root-sum-square {likely}, at worst {worst}" if whole else f"at worst {worst}"
         # only the measure of the board beside the face can be negative
         side = " (below zero: back from the face's edge)" if m.nominal < 0.0 else ""
-        spare = f"{_length(m.margin, 3)} to spare"
+        spare = f"{_length_text(m.margin, 3)} to spare"
         if m.margin < 0.0:
-            likely = "" if m.likely_margin >= 0.0 else f" ({_length(-m.likely_margin, 3)} by root-sum-square)"
-            spare = f"{_length(-m.margin, 3)} short{likely}"
+            likely = "" if m.likely_margin >= 0.0 else f" ({_length_text(-m.likely_margin, 3)} by root-sum-square)"
+            spare = f"{_length_text(-m.margin, 3)} short{likely}"
         assumed = f", {m.assumption}" if m.assumption else ""
         lines.append(f"{m.name} {cases} of {limit} mm{side}, {spare}{assumed}")
     return lines
@@ -47,7 +47,7 @@ def fit_tables(fit: Sequence[Measure]) -> list[Table]:
 _TISSUE = (0.0, 0.5e-3, 1e-3, 2e-3, 3e-3, 5e-3)
 
 
-def closing_words(closing: Closing) -> str:
+def closing_text(closing: Closing) -> str:
     """Return a line with the tissue thickness at which the jaws' faces are parallel.
 
     The line also states by how much each further millimetre of tissue increases the angle between the faces.
@@ -55,8 +55,9 @@ def closing_words(closing: Closing) -> str:
     tilt = closing.tilt(closing.parallel_at + 1e-3)
     leans = "" if tilt is None else f"; every millimetre more tilts them by {math.degrees(tilt):.1f} deg"
     if closing.parallel_at < 0.0:
-        return f"the sensor is {_length(-closing.parallel_at, 3)} too thick for faces that are ever parallel{leans}"
-    return f"the faces are parallel on {_length(closing.parallel_at, 3)} of tissue{leans}"
+        excess = _length_text(-closing.parallel_at, 3)
+        return f"the sensor is {excess} too thick for faces that are ever parallel{leans}"
+    return f"the faces are parallel on {_length_text(closing.parallel_at, 3)} of tissue{leans}"
 
 
 def closing_table(closing: Closing) -> Table:
@@ -72,8 +73,8 @@ def closing_table(closing: Closing) -> Table:
     for t, angle in angles:
         if angle is not None:
             first = "the whole face" if abs(angle) < 1e-6 else "the heel" if angle > 0.0 else "the tip"
-            slide = _length(abs(closing.slide(t) or 0.0), 3)
-            rows.append([_length(t, 3), f"{math.degrees(angle) + 0.0:.1f} deg", first, slide])
+            slide = _length_text(abs(closing.slide(t) or 0.0), 3)
+            rows.append([_length_text(t, 3), f"{math.degrees(angle) + 0.0:.1f} deg", first, slide])
     return Table(("tissue", "angle between the faces", "touches first", "faces slide until parallel"), rows,
                  "The jaws about their hinge, on tissue between them at the sensor's middle")
 
@@ -87,7 +88,7 @@ def closing_json(closing: Closing) -> dict[str, Any]:
     }
 
 
-def _length(value: float, digits: int = 4) -> str:
+def _length_text(value: float, digits: int = 4) -> str:
     return show(round(value, 9) + 0.0, "m", digits)
 
 
@@ -98,7 +99,7 @@ NO_SIGNAL = (
 )
 
 
-def headline(signals: Iterable[Signal]) -> list[str]:
+def signal_lines(signals: Iterable[Signal]) -> list[str]:
     """Return lines on the signals of coils: the change of inductance per newton, and the relative change.
 
     The relative change is from rest to the required normal force. Coils with equal values share a line.

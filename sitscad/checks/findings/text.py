@@ -21,9 +21,9 @@ from sitscad.basics.finding import Finding, Ignored, Severity
 from sitscad.basics.record import record
 from sitscad.basics.units import count_text, escape_controls
 from sitscad.basics.version import __version__
-from sitscad.checks.findings.document import CheckedSpec, by_severity, excerpt, in_order, to_json
-from sitscad.checks.findings.measures import closing_words, fit_words, headline, performance_text
-from sitscad.checks.rules import no_example, rule_example
+from sitscad.checks.findings.document import CheckedSpec, excerpt, sorted_by_place, sorted_by_severity, to_json
+from sitscad.checks.findings.measures import closing_text, fit_lines, performance_text, signal_lines
+from sitscad.checks.rules import reason_without_example, rule_example
 
 INDENT = 6  # Indent (columns) of a finding's further lines
 
@@ -105,7 +105,7 @@ def as_text(checked: Sequence[CheckedSpec], output: OutputOptions = _BRIEF) -> s
     output, colour = replace(output, has_names=output.has_names or len(checked) > 1), output.colour
     groups = [group for spec in checked for group in _findings_text(spec, output)]
     if output.verbose or not output.has_names:
-        groups += [_figures_text(spec, output) for spec in checked]
+        groups += [_values_text(spec, output) for spec in checked]
     name = _named(checked[0], output) if len(checked) == 1 else ""
     if output.verbose:
         last = [line for spec in checked for line in _reasons_text(spec, output)]
@@ -128,9 +128,9 @@ def _findings_text(spec: CheckedSpec, output: OutputOptions) -> list[list[str]]:
     Each finding that is printed in full has its own group. The last group has a line for each warning printed in short.
     """
     if output.verbose:
-        return [_in_full(spec, finding, output) for finding in in_order(spec.findings)]
-    findings = by_severity(spec.findings)
-    full = [_in_full(spec, finding, output) for finding in findings if output.is_told_in_full(finding.severity)]
+        return [_full_lines(spec, finding, output) for finding in sorted_by_place(spec.findings)]
+    findings = sorted_by_severity(spec.findings)
+    full = [_full_lines(spec, finding, output) for finding in findings if output.is_told_in_full(finding.severity)]
     milder = [f for f in findings if f.severity is Severity.WARNING and not output.is_told_in_full(f.severity)]
     return [*full, [line for finding in milder for line in _head(spec, finding, output)]]
 
@@ -185,11 +185,11 @@ def _head(spec: CheckedSpec, finding: Finding, output: OutputOptions) -> list[st
                      if part)
     severity = styled(finding.severity.value, SEVERITY_COLOURS[finding.severity], output.colour)
     plain = f"{where} {finding.rule} {finding.severity.value} "
-    first, *rest = _wrapped(plain, finding.message, INDENT, output)
+    first, *rest = _fold(plain, finding.message, INDENT, output)
     return [f"{styled(where, 'bold', output.colour)} {finding.rule} {severity} {first[len(plain) :]}", *rest]
 
 
-def _in_full(spec: CheckedSpec, finding: Finding, output: OutputOptions) -> list[str]:
+def _full_lines(spec: CheckedSpec, finding: Finding, output: OutputOptions) -> list[str]:
     """Return the lines of a finding: its place with rule and message, its line of the spec, its detail and its hint."""
     lines, text = _head(spec, finding, output), spec.line(finding.line, finding.file)
     if text is not None:
@@ -198,11 +198,11 @@ def _in_full(spec: CheckedSpec, finding: Finding, output: OutputOptions) -> list
         mark = styled("^", SEVERITY_COLOURS[finding.severity], output.colour)
         lines += [f"{margin}{escape_controls(shown)}", f"{'| ':>{len(margin)}}{'':{caret}}{mark}"]
     for word, content in (("detail", finding.detail), ("hint", finding.hint)):
-        lines += _wrapped(f"{'':{INDENT}}{word}: ", content, INDENT + len(word) + 2, output) if content else []
+        lines += _fold(f"{'':{INDENT}}{word}: ", content, INDENT + len(word) + 2, output) if content else []
     return lines
 
 
-def _wrapped(head: str, text: str, indent: int, output: OutputOptions) -> list[str]:
+def _fold(head: str, text: str, indent: int, output: OutputOptions) -> list[str]:
     """Return `head` followed by `text` as lines no wider than the terminal.
 
     Lines after the first are indented by `indent` spaces.
@@ -227,7 +227,7 @@ def _not_checked_text(checked: Sequence[CheckedSpec], name: str, output: OutputO
     if not reasons:
         return []
     several = "check -v says which and why" if len(set(reasons)) > 1 else reasons[0]
-    return _dim(_wrapped(f"{name}not checked: {count_text(len(reasons), 'rule')} ", f"({several})", INDENT, output),
+    return _dim(_fold(f"{name}not checked: {count_text(len(reasons), 'rule')} ", f"({several})", INDENT, output),
                 output)
 
 
@@ -246,7 +246,7 @@ def _reasons_text(spec: CheckedSpec, output: OutputOptions) -> list[str]:
         reasons = {unstated if reason == "requirements" else reason: rules for reason, rules in reasons.items()}
     head = f"{_named(spec, output)}not checked: "
     reason_texts = (f"{', '.join(_rule_runs(rules))} ({reason})" for reason, rules in reasons.items())
-    return _dim((line for reason_text in reason_texts for line in _wrapped(head, reason_text, INDENT, output)), output)
+    return _dim((line for reason_text in reason_texts for line in _fold(head, reason_text, INDENT, output)), output)
 
 
 def _ignored_text(spec: CheckedSpec, output: OutputOptions) -> list[str]:
@@ -262,15 +262,15 @@ def _ignored_text(spec: CheckedSpec, output: OutputOptions) -> list[str]:
         groups = ((*key, len(list(group))) for key, group in groupby(sorted(spec.ignored, key=why), why))
         texts = [f"{rule} {f'{count} times ' if count > 1 else ''}{reason}" for rule, reason, count in groups]
     name = _named(spec, output)
-    lines = [line for each in texts for line in _wrapped(f"{name}ignored: ", each, INDENT, output)]
+    lines = [line for each in texts for line in _fold(f"{name}ignored: ", each, INDENT, output)]
     if spec.silenced:
         rules = ", ".join(_rule_runs([finding.rule for finding in spec.silenced]))
         marked = f"{rules}: a package is marked as one that is not to be ordered"
-        lines += _wrapped(f"{name}silenced errors: ", marked, INDENT, output)
+        lines += _fold(f"{name}silenced errors: ", marked, INDENT, output)
     return _dim(lines, output)
 
 
-def _figures_text(spec: CheckedSpec, output: OutputOptions) -> list[str]:
+def _values_text(spec: CheckedSpec, output: OutputOptions) -> list[str]:
     """Return lines with the board's size, the signal, the estimated performance, the fit and the closing of the jaw."""
     rows: list[tuple[str, Sequence[str]]] = []
     if spec.board is not None:
@@ -279,14 +279,14 @@ def _figures_text(spec: CheckedSpec, output: OutputOptions) -> list[str]:
         rows += [("board", [f"body {body} mm, {over_all} mm over all"])]
         rows += [("mount", [f"{mount} mm outside"])] if mount else []
     if spec.signals or spec.reached:
-        rows += [("signal", headline(spec.signals)), ("felt", [performance_text(each) for each in spec.reached])]
+        rows += [("signal", signal_lines(spec.signals)), ("felt", [performance_text(each) for each in spec.reached])]
     if spec.fit:
-        rows += [("fit", fit_words(spec.fit, output.verbose))]
-        rows += [("closing", [closing_words(spec.closing)])] if spec.closing is not None else []
+        rows += [("fit", fit_lines(spec.fit, output.verbose))]
+        rows += [("closing", [closing_text(spec.closing)])] if spec.closing is not None else []
     width = max((len(label) for label, texts in rows if texts), default=0) + 2
     labels = ((f"{label}:" if k == 0 else "", text) for label, texts in rows for k, text in enumerate(texts))
     name = _named(spec, output)
-    return [line for label, text in labels for line in _wrapped(f"{name}{label:{width}}", text, width + 2, output)]
+    return [line for label, text in labels for line in _fold(f"{name}{label:{width}}", text, width + 2, output)]
 
 
 def _named(spec: CheckedSpec, output: OutputOptions) -> str:
@@ -357,7 +357,7 @@ def rules_markdown(rules: Sequence[ListedRule]) -> str:
             example = rule_example(rule.id)
             if example is not None:
                 lines += ["```yaml", "# wrong", example.wrong, "# right", example.right, "```", ""]
-            elif reason := no_example(rule.id):
+            elif reason := reason_without_example(rule.id):
                 lines += [f"**No example:** {reason}.", ""]
             sources = rule.source.split("; ")
             lines += [f"**Source:** {rule.source}" if len(sources) == 1 else "**Sources:**", ""]

@@ -14,7 +14,7 @@ from itertools import combinations, islice
 
 from sitscad.basics.finding import Edit, Missing
 from sitscad.basics.units import show
-from sitscad.checks.fixes.search import AMOUNTS, GROWTH, Family, Fix, setting
+from sitscad.checks.fixes.search import AMOUNTS, GROWTH, Family, Fix, with_value
 from sitscad.layout.clearance import hole_keep_out, joined_hole
 from sitscad.layout.routing.branches import least_closing
 from sitscad.layout.windings import wind_all
@@ -40,7 +40,7 @@ def with_turns(spec: SensorSpec, turns: float) -> Fix:
     """Return the change to `turns` turns on each layer of the coil."""
     coil = replace(spec.coil, turns=turns)
     edits = (Edit("coil.turns", f"{turns:.7g}"),) if "coil.turns" in _winding_keys(spec.source.keys) else ()
-    return Fix((*edits, *_inner_edit(spec.source.keys, coil)), replace(spec, coil=coil))
+    return Fix((*edits, *_inner_diameter_edit(spec.source.keys, coil)), replace(spec, coil=coil))
 
 
 def _winding_keys(keys: Mapping[str, tuple[int, int]]) -> set[str]:
@@ -54,7 +54,7 @@ def _winding_keys(keys: Mapping[str, tuple[int, int]]) -> set[str]:
     return {INNER, *(all_of_them & keys.keys())} if is_by_inner else all_of_them
 
 
-def _inner_edit(keys: Mapping[str, tuple[int, int]], coil: CoilSpec) -> tuple[Edit, ...]:
+def _inner_diameter_edit(keys: Mapping[str, tuple[int, int]], coil: CoilSpec) -> tuple[Edit, ...]:
     """Return a tuple with the edit that sets the inner diameter to the inner diameter of the changed `coil`.
 
     `keys` are the keys of the spec. Empty if the spec has no inner diameter.
@@ -62,7 +62,7 @@ def _inner_edit(keys: Mapping[str, tuple[int, int]], coil: CoilSpec) -> tuple[Ed
     return (Edit(INNER, _mm(coil.inner_diameter)),) if INNER in _winding_keys(keys) else ()
 
 
-def with_each(spec: SensorSpec, numbers: Iterable[float]) -> Iterator[Fix]:
+def with_each_turns(spec: SensorSpec, numbers: Iterable[float]) -> Iterator[Fix]:
     """Yield the change of `with_turns` for each number of turns."""
     for turns in numbers:
         yield with_turns(spec, turns)
@@ -80,7 +80,7 @@ def more_turns(coil: CoilSpec, factor: float) -> Iterator[float]:
         return
     parts = coil.outline.ends_per_turn or 4
     room = math.floor(parts * coil.turns_that_fit + 1e-9)
-    most = next((part for part in range(room, 0, -1) if not _runs_back(coil, part / parts)), room)
+    most = next((part for part in range(room, 0, -1) if not _has_lead_running_back(coil, part / parts)), room)
     turns = min(_least_turns_forward(coil, math.ceil(parts * coil.most_turns * factor - 1e-9), parts), most)
     middle = min(_least_turns_forward(coil, math.ceil((turns + most) / 2.0 - 1e-9), parts), most)
     for part in dict.fromkeys((turns, middle, most)):
@@ -94,10 +94,10 @@ def _least_turns_forward(coil: CoilSpec, part: int, parts: int) -> int:
     A turn has `parts` parts. The search covers the numbers from `part` up to one turn more. If a lead runs back with
     all of them, the result is `part`.
     """
-    return next((more for more in range(part, part + parts) if not _runs_back(coil, more / parts)), part)
+    return next((more for more in range(part, part + parts) if not _has_lead_running_back(coil, more / parts)), part)
 
 
-def _runs_back(coil: CoilSpec, turns: float) -> bool:
+def _has_lead_running_back(coil: CoilSpec, turns: float) -> bool:
     """Whether a lead would run around the coil against the winding's sense by more than `MAX_TURN_RUN_BACK` turns.
 
     `turns` is the number of turns per layer. Such a lead reduces the inductance.
@@ -116,20 +116,20 @@ def fewer_turns(coil: CoilSpec, room: float, steps: int = 1) -> Iterator[float]:
         return
     parts = coil.outline.ends_per_turn or 4
     whole = math.floor(parts * room + 1e-9)
-    fewer = (part / parts for part in range(whole, 0, -1) if not _runs_back(coil, part / parts))
+    fewer = (part / parts for part in range(whole, 0, -1) if not _has_lead_running_back(coil, part / parts))
     for turns in dict.fromkeys((coil.most_turns, *islice(fewer, steps + 1))):
         if 0.0 < turns <= coil.turns_that_fit:
             yield turns
 
 
-def roomy_turns(spec: SensorSpec, most: float, count: int) -> Iterator[Fix]:
+def turns_with_room_for_vias(spec: SensorSpec, most: float, count: int) -> Iterator[Fix]:
     """Yield up to `count` changes to fewer turns that leave room for all vias inside the coil.
 
     The numbers of turns are at most `most`. The largest is first. It is found by bisection, because fewer turns leave
     more room.
     """
     now = spec.coil.most_turns
-    fixes = [fix for fix in with_each(spec, fewer_turns(spec.coil, most, MOST_STEPS))
+    fixes = [fix for fix in with_each_turns(spec, fewer_turns(spec.coil, most, MOST_STEPS))
              if fix.edits and fix.spec.coil.most_turns < now]
     low, high = 0, len(fixes)
     while low < high:
@@ -172,7 +172,7 @@ def narrower_coils(spec: SensorSpec, by: float) -> Iterator[Fix]:
     size = Edit("coil.outer_diameter", f"[{x * 1e3:g}, {across * 1e3:g}]" if long else f"{across * 1e3:g}")
     small = replace(spec, coil=replace(coil, size=(x if long else across, across)))
     room = coil.most_turns - (y - across) / 2.0 / coil.pitch
-    for fix in with_each(small, fewer_turns(small.coil, room, 0)):
+    for fix in with_each_turns(small, fewer_turns(small.coil, room, 0)):
         yield _with_edits((size,), fix, coil.most_turns)
 
 
@@ -192,7 +192,7 @@ def smaller_coils(spec: SensorSpec, by: float, keeps_length: bool = False) -> Fi
     if min(small.spec.coil.size) <= 2.0 * coil.trace_width:
         return Fix((), spec)
     room = coil.most_turns - by / 2.0 / coil.pitch
-    for fewer in with_each(small.spec, fewer_turns(small.spec.coil, room, 0)):
+    for fewer in with_each_turns(small.spec, fewer_turns(small.spec.coil, room, 0)):
         if inner_vias_fit(fewer.spec.artwork):
             turned = (edit for edit in fewer.edits if fewer.spec.coil.most_turns != coil.most_turns)
             return small.with_also(Fix(tuple(turned), fewer.spec))
@@ -209,7 +209,7 @@ def _with_edits(edits: tuple[Edit, ...], turned: Fix, turns: float) -> Fix:
     return replace(turned, edits=(*edits, *turning))
 
 
-def other_ends(spec: SensorSpec) -> Iterator[Fix]:
+def moved_layer_ends(spec: SensorSpec) -> Iterator[Fix]:
     """Yield changes that move the ends of the coil's layers, and so the leads.
 
     First come other start angles of the winding, then a part of a turn less, and a part more.
@@ -218,7 +218,7 @@ def other_ends(spec: SensorSpec) -> Iterator[Fix]:
     yield from other_start_angles(spec)
     fewer = fewer_turns(coil, coil.most_turns - 1.0 / parts, 0)
     more = more_turns(coil, 1.0 + 0.5 / (parts * coil.most_turns))
-    yield from (fix for fix in with_each(spec, (*fewer, *more)) if fix.spec.coil.most_turns != coil.most_turns)
+    yield from (fix for fix in with_each_turns(spec, (*fewer, *more)) if fix.spec.coil.most_turns != coil.most_turns)
 
 
 def more_layers(spec: SensorSpec, factor: float) -> Iterator[Fix]:
@@ -268,9 +268,9 @@ def wider_tracks(spec: SensorSpec, width: float, spacing: float) -> Iterator[Fix
         if getattr(wide, key) > getattr(coil, key) + 1e-12 and f"coil.{key}" in _winding_keys(spec.source.keys)
     )
     if wide.pitch < KEPT_TURNS_PITCH_RATIO * coil.pitch:
-        yield Fix((*edits, *_inner_edit(spec.source.keys, wide)), replace(spec, coil=wide))
+        yield Fix((*edits, *_inner_diameter_edit(spec.source.keys, wide)), replace(spec, coil=wide))
     room = coil.most_turns * coil.pitch / wide.pitch
-    for fix in with_each(replace(spec, coil=wide), fewer_turns(wide, room)):
+    for fix in with_each_turns(replace(spec, coil=wide), fewer_turns(wide, room)):
         yield _with_edits(edits, fix, coil.most_turns)
 
 
@@ -278,12 +278,12 @@ def with_capacitors(spec: SensorSpec, values: Iterable[float]) -> Iterator[Fix]:
     """Yield changes to tank capacitors of these `values` (F), rounded to two significant digits."""
     for value in values:
         rounded = float(f"{value:.1e}")
-        yield setting(spec, "readout.capacitance", rounded, show(rounded, "F", 2))
+        yield with_value(spec, "readout.capacitance", rounded, show(rounded, "F", 2))
 
 
 def with_scan_rate(spec: SensorSpec, rate: float) -> Fix:
     """Return the change to a scan rate of `rate` scans per second (Hz)."""
-    return setting(spec, "readout.scan_rate", rate, show(rate, "Hz", 6))
+    return with_value(spec, "readout.scan_rate", rate, show(rate, "Hz", 6))
 
 
 def thinner_tails(spec: SensorSpec) -> Iterator[Fix]:
@@ -368,7 +368,7 @@ def larger_coils(spec: SensorSpec, by: float) -> Fix:
     written = f"[{_mm(size[0])}, {_mm(size[1])}]" if is_long else _mm(size[0])
     edit, apart, coil = Edit("coil.outer_diameter", written), coils_farther_apart(spec, by), replace(spec.coil,
                                                                                                      size=size)
-    inner = _inner_edit(spec.source.keys, coil)
+    inner = _inner_diameter_edit(spec.source.keys, coil)
     edits = (*inner, *apart.edits)
     edit_texts = [*(f"{other.key}: {other.new}" for other in inner), *([apart.words] if apart.edits else [])]
     description = f"{_edit_text(edit, by)} with {' and '.join(edit_texts)}" if edit_texts else _edit_text(edit, by)
@@ -399,7 +399,7 @@ def longer_coils(spec: SensorSpec, factor: float) -> Iterator[Fix]:
         for key, plate in plates:
             if plate is not None and plate.outline.is_long and plate.size[0] >= COIL_END_RATIO * coil.size[0]:
                 size = (rounded_up(plate.size[0] + by), plate.size[1])
-                fix = setting(changed, f"{key}.size", size, f"[{_mm(size[0])}, {_mm(size[1])}]")
+                fix = with_value(changed, f"{key}.size", size, f"[{_mm(size[0])}, {_mm(size[1])}]")
                 edits, changed = [*edits, *fix.edits], fix.spec
         yield Fix(tuple(edits), changed)
 
@@ -418,7 +418,7 @@ def larger_body(spec: SensorSpec, by: float) -> Fix:
         return Fix((), spec)
     grown = body.sized((body.size[0] + 2.0 * by, body.size[1] + 2.0 * by))
     x, y = (_mm(side) for side in grown.size or body.size)
-    return setting(spec, "fpc.body", grown, grown.written, f"fpc.body.size: {x if x == y else f'[{x}, {y}]'}")
+    return with_value(spec, "fpc.body", grown, grown.written, f"fpc.body.size: {x if x == y else f'[{x}, {y}]'}")
 
 
 def coils_farther_apart(spec: SensorSpec, by: float) -> Fix:
@@ -481,7 +481,7 @@ def other_start_angles(spec: SensorSpec) -> Iterator[Fix]:
     ends = spec.coil.outline.ends_per_turn
     for turned in START_ANGLES if ends is None else [360.0 * k / ends for k in range(1, ends)]:
         angle = (math.degrees(spec.coil.start_angle) + turned) % 360.0
-        yield setting(spec, "coil.start_angle", math.radians(float(f"{angle:.6g}")), f"{angle:.6g} deg")
+        yield with_value(spec, "coil.start_angle", math.radians(float(f"{angle:.6g}")), f"{angle:.6g} deg")
 
 
 def larger_connectors(spec: SensorSpec, length: str) -> Iterator[Fix]:
@@ -495,7 +495,7 @@ def larger_connectors(spec: SensorSpec, length: str) -> Iterator[Fix]:
     now, connectors = getattr(tail.connector, length), {name: connector(name) for name in names("connector")}
     for name in sorted(connectors, key=lambda name: getattr(connectors[name], length)):
         if getattr(connectors[name], length) > now + SAME:
-            yield setting(spec, "fpc.tail.connector", connectors[name], name)
+            yield with_value(spec, "fpc.tail.connector", connectors[name], name)
 
 
 def narrower_plugs(spec: SensorSpec, width: float) -> list[tuple[float, Fix]]:
@@ -510,9 +510,9 @@ def narrower_plugs(spec: SensorSpec, width: float) -> list[tuple[float, Fix]]:
         across = (count - 1) * plug.pitch + 2.0 * plug.edge_margin
         if tail is None or not count or across > width - SAME:
             continue
-        edits = [setting(spec, "fpc.tail.connector", plug, name)] * (name != tail.connector.name)
+        edits = [with_value(spec, "fpc.tail.connector", plug, name)] * (name != tail.connector.name)
         if tail.contacts not in (None, count):
-            edits.append(setting(edits[0].spec if edits else spec, "fpc.tail.contacts", count, str(count)))
+            edits.append(with_value(edits[0].spec if edits else spec, "fpc.tail.contacts", count, str(count)))
         plugs.append((across, edits[0] if len(edits) == 1 else edits[0].with_also(edits[1])))
     return sorted(plugs, key=lambda each: each[0])
 
@@ -534,7 +534,7 @@ def families_for_room(spec: SensorSpec, is_turns: bool, is_apart: bool) -> tuple
     if len(spec.array.placements) > MOST_COILS or spec.coil.has_unequal_turns:
         return ()
 
-    fewer = partial(roomy_turns, spec, spec.coil.turns_that_fit, FEWER)
+    fewer = partial(turns_with_room_for_vias, spec, spec.coil.turns_that_fit, FEWER)
 
     def both() -> Iterator[Fix]:
         for fix in fewer() if is_turns else [Fix((), spec)]:

@@ -11,7 +11,7 @@ from typing import TypeVar
 from sitscad.basics.finding import Edit
 from sitscad.basics.units import show
 from sitscad.checks.fixes.moves import SAME, reread_change, rounded_up, with_scan_rate
-from sitscad.checks.fixes.search import Family, Fix, setting
+from sitscad.checks.fixes.search import Family, Fix, with_value
 from sitscad.kernels.geometry.convex import Footprint
 from sitscad.kernels.geometry.shapes import LONG_PLATE
 from sitscad.spec import presets
@@ -57,7 +57,7 @@ def smaller_targets(spec: SensorSpec) -> Iterator[Fix]:
 
 def smaller_pads(spec: SensorSpec) -> Iterator[Fix]:
     """Yield the change to a pad as large as its target, then changes that also reduce the target, the largest first."""
-    cut = cut_to_target(spec)
+    cut = pad_cut_to_target(spec)
     if cut is None:
         yield from smaller_targets(spec)
         return
@@ -129,7 +129,7 @@ def other_silicones(spec: SensorSpec, is_softer: bool) -> Iterator[Fix]:
     silicones = sorted((rubber for rubber in differences if differences[rubber] > 0.02),
                        key=lambda rubber: (differences[rubber], rubber.name))
     for material in silicones[:OTHERS]:
-        yield setting(spec, "elastomer.material", material, material.name)
+        yield with_value(spec, "elastomer.material", material, material.name)
 
 
 def other_thicknesses(spec: SensorSpec) -> Iterator[Fix]:
@@ -160,14 +160,14 @@ def other_metals(spec: SensorSpec) -> Iterator[Fix]:
     else:
         metals = [best] if now.conductivity < BETTER * best.conductivity else []
     for metal in metals:
-        yield setting(spec, "target.material", metal, metal.name)
+        yield with_value(spec, "target.material", metal, metal.name)
 
 
 BETTER = 0.5
 """Ratio of a metal's conductivity to the best conductor's conductivity, below which the best conductor is proposed."""
 
 
-def cut_to_target(spec: SensorSpec) -> Fix | None:
+def pad_cut_to_target(spec: SensorSpec) -> Fix | None:
     """Return the change to a pad as large as its target. A pad that extends beyond the target is stiffer.
 
     None if the pad is not larger, or differs in shape or place.
@@ -187,7 +187,7 @@ AS_WRITTEN = tuple(1e-3 * t for t in (0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.2, 1.5, 2.
 """Usual thicknesses (m) of pads. The hints that increase the signal choose among them."""
 
 
-def more_signal(spec: SensorSpec) -> tuple[Family, ...]:
+def families_for_more_signal(spec: SensorSpec) -> tuple[Family, ...]:
     """Return families of changes that may increase the change of the readings by the required force.
 
     They are another metal of the target, a pad no larger than the target, thinner pads, thicker pads, and softer
@@ -198,7 +198,7 @@ def more_signal(spec: SensorSpec) -> tuple[Family, ...]:
     if pad is None:
         return ()
     thinner, thicker = ([t for t in AS_WRITTEN if way * (t - pad.thickness) > 1e-6] for way in (-1.0, 1.0))
-    narrower = cut_to_target(spec)
+    narrower = pad_cut_to_target(spec)
     return (partial(other_metals, spec), lambda: [narrower] if narrower else [],
             lambda: [_with_thickness(spec, each) for each in thinner[::-1][:NEXT]],
             lambda: [_with_thickness(spec, each) for each in thicker[:NEXT]],
@@ -235,7 +235,7 @@ NEXT = 5
 
 
 def _with_thickness(spec: SensorSpec, thickness: float) -> Fix:
-    return setting(spec, "elastomer.thickness", thickness, f"{1e3 * thickness:.6g}")
+    return with_value(spec, "elastomer.thickness", thickness, f"{1e3 * thickness:.6g}")
 
 PROTECTIVE_FILM = ("ecoflex-00-50", 50e-6)
 """Film that a hint proposes to protect a bare target: name of the silicone, and thickness (m)."""
@@ -252,7 +252,7 @@ def with_film(spec: SensorSpec) -> Iterator[Fix]:
 def thicker_target(spec: SensorSpec, thickness: float) -> Fix:
     """Return the change of the target's thickness to `thickness` (m), rounded up to whole micrometres."""
     thick = math.ceil(thickness * 1e6 - 1e-6) * 1e-6  # rounded as written
-    return setting(spec, "target.thickness", thick, show(thick, "m", 6))
+    return with_value(spec, "target.thickness", thick, show(thick, "m", 6))
 
 
 def larger_target(spec: SensorSpec, length: float, width: float) -> Iterator[Fix]:

@@ -38,7 +38,7 @@ def farther_references(spec: SensorSpec) -> Iterator[Fix]:
     dx, dy = placement.centre[0] - x, placement.centre[1] - y
     for step in REFERENCE_STEPS:
         farther = round(dx + (step if dx >= 0.0 else -step) * spec.reference_coil.size[0], 5)
-        yield from _with_data(spec, "array.reference.offset", [round(1e3 * farther, 6), round(1e3 * dy, 6)])
+        yield from _reread_with_data(spec, "array.reference.offset", [round(1e3 * farther, 6), round(1e3 * dy, 6)])
 
 
 def smaller_references(spec: SensorSpec) -> Iterator[Fix]:
@@ -50,7 +50,7 @@ def smaller_references(spec: SensorSpec) -> Iterator[Fix]:
         room = coil.most_turns - 0.5 * less / coil.pitch
         turns = next(islice(fewer_turns(narrower, room), 1, None), 0.0)
         if turns:
-            yield from _with_data(spec, REFERENCE_COIL, _winding_data(replace(narrower, turns=turns)))
+            yield from _reread_with_data(spec, REFERENCE_COIL, _winding_data(replace(narrower, turns=turns)))
 
 
 REFERENCE_STEPS = (0.25, 0.5, 1.0)
@@ -80,18 +80,18 @@ def _winding_data(coil: CoilSpec) -> dict[str, Any]:
     return data
 
 
-def _with_data(spec: SensorSpec, key: str, data: Any) -> Iterator[Fix]:
+def _reread_with_data(spec: SensorSpec, key: str, data: Any) -> Iterator[Fix]:
     """Yield the change of a key to `data`, a list or mapping as YAML reads it. Empty if the changed spec is invalid."""
     with suppress(SpecError):
-        yield Fix((Edit(key, _flow(data)),), rewritten_spec(spec, ((key, data),)))
+        yield Fix((Edit(key, _as_flow_yaml(data)),), rewritten_spec(spec, ((key, data),)))
 
 
-def _flow(data: Any) -> str:
+def _as_flow_yaml(data: Any) -> str:
     """Return a value as YAML on one line."""
     if isinstance(data, dict):
-        return f"{{{', '.join(f'{key}: {_flow(value)}' for key, value in data.items())}}}"
+        return f"{{{', '.join(f'{key}: {_as_flow_yaml(value)}' for key, value in data.items())}}}"
     if isinstance(data, list):
-        return f"[{', '.join(map(_flow, data))}]"
+        return f"[{', '.join(map(_as_flow_yaml, data))}]"
     return f"{data:.7g}" if isinstance(data, float) else str(data)
 
 

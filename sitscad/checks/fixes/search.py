@@ -213,7 +213,7 @@ class FamilyByAmount:
                 low = middle
 
 
-def setting(spec: SensorSpec, key: str, value: object, written: str, description: str = "") -> Fix:
+def with_value(spec: SensorSpec, key: str, value: object, written: str, description: str = "") -> Fix:
     """Return the change that sets one value of the spec.
 
     `key` is the dotted key of the value, as in ``fpc.margin``. `value` is the new value, and `written` its text in
@@ -315,16 +315,16 @@ def hint_text(advice: str, result: Search, already: Collection[str]) -> str:
     If no change removes the finding, the changes tried last follow in brackets. If the budget was used up, the hint
     names the command that searches further. `already` are the rules with findings in the unchanged design.
     """
-    changes = [_filled("tried-brings", change=fix.words, warnings=warnings) if warnings else fix.words
+    changes = [_filled_hint("tried-brings", change=fix.words, warnings=warnings) if warnings else fix.words
                for fix, remaining in result.mending
                for warnings in [warnings_text(sorted({*remaining.new_warnings, *remaining.worse}), already)]]
     nearest = max((pair for pair in result.ineffective if pair[1].gain >= LEAST_HELPFUL_GAIN),
                   key=lambda pair: pair[1].gain, default=None)
     trial_text = ""
     if changes:
-        trial_text = _filled("tried", changes="; or ".join(changes))
+        trial_text = _filled_hint("tried", changes="; or ".join(changes))
     elif nearest is not None:
-        trial_text = _filled("tried-helps", change=nearest[0].words, gain=nearest[1].gain)
+        trial_text = _filled_hint("tried-helps", change=nearest[0].words, gain=nearest[1].gain)
     named = None
     if len(changes) == 1:
         named = re.search(rf"(?<![\w.]){re.escape(result.mending[0][0].words)}(?![\w.])", advice)
@@ -333,16 +333,16 @@ def hint_text(advice: str, result: Search, already: Collection[str]) -> str:
     else:
         hint = "; ".join(filter(None, (trial_text, advice)))
     if not result.mending and result.ineffective:
-        hint = _filled("tried-in-vain", advice=hint, trials=_vain_trials(result.ineffective))
-    return not_further(hint) if result.is_cut_short else hint
+        hint = _filled_hint("tried-in-vain", advice=hint, trials=_vain_trials(result.ineffective))
+    return cut_short_hint(hint) if result.is_cut_short else hint
 
 
-def not_further(advice: str) -> str:
+def cut_short_hint(advice: str) -> str:
     """Return the hint `advice` of a search that used up its budget, with the command that searches further."""
-    return _filled("not-further", advice=advice, command=MORE_TRIALS)
+    return _filled_hint("not-further", advice=advice, command=MORE_TRIALS)
 
 
-def _filled(case: str, **values: object) -> str:
+def _filled_hint(case: str, **values: object) -> str:
     return text_of(case, "hint", values)
 
 
@@ -351,7 +351,8 @@ def _vain_trials(trials: Iterable[tuple[Fix, RemainingProblems]]) -> str:
     by_failure: dict[tuple[str, ...], list[str]] = {}
     for fix, remaining in list(trials)[-MAX_NAMED_CHANGES:]:
         by_failure.setdefault(remaining.broken, []).append(fix.words)
-    return "; ".join(_filled("tried-fails", changes=changes, rules=broken) for broken, changes in by_failure.items())
+    return "; ".join(_filled_hint("tried-fails", changes=changes, rules=broken)
+                     for broken, changes in by_failure.items())
 
 
 def warnings_text(rules: Collection[str], already: Collection[str]) -> str:
@@ -361,4 +362,4 @@ def warnings_text(rules: Collection[str], already: Collection[str]) -> str:
     """
     new, more = ([rule for rule in rules if (rule in already) is is_known] for is_known in (False, True))
     groups = (("tried-warns", new), ("tried-warns-more", more))
-    return ", ".join(_filled(case, rules=group) for case, group in groups if group)
+    return ", ".join(_filled_hint(case, rules=group) for case, group in groups if group)

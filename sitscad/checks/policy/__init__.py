@@ -8,17 +8,17 @@ from __future__ import annotations
 from sitscad.checks.policy.configuration import (
     Policy,
     PolicyError,
-    chosen_rules,
     matches_rule,
     nearest_policy,
     policy_from_manifest,
+    selected_rules,
 )
 from sitscad.checks.policy.judgement import (
     Baseline,
     apply_policy,
     baseline_findings,
     baseline_from_manifest,
-    ignored_test,
+    make_ignored_test,
     read_baseline,
 )
 
@@ -29,10 +29,10 @@ __all__ = [
     "apply_policy",
     "baseline_findings",
     "baseline_from_manifest",
-    "chosen_rules",
-    "ignored_test",
+    "make_ignored_test",
     "matches_rule",
     "nearest_policy",
     "policy_from_manifest",
     "read_baseline",
+    "selected_rules",
 ]

@@ -91,7 +91,7 @@ def matches_rule(pattern: str, rule: str, name: str) -> bool:
     return rule.startswith(identifier) or name == pattern.lower().replace("_", "-")
 
 
-def chosen_rules(rules: Iterable[RuleTexts], select: tuple[str, ...], ignore: tuple[str, ...]) -> frozenset[str]:
+def selected_rules(rules: Iterable[RuleTexts], select: tuple[str, ...], ignore: tuple[str, ...]) -> frozenset[str]:
     """Return the identifiers of the rules that match a pattern in `select` and no pattern in `ignore`.
 
     An empty `select` selects all rules. Rules of the spec itself (SIT0xx) are always included.
@@ -134,7 +134,7 @@ def nearest_policy(folder: Path, rules: Iterable[RuleTexts]) -> Policy:
             if path.is_file() and (has_table or b"sitscad" in _read_bytes(path)):
                 table = _table(path, has_table)
                 if table is not None:
-                    return _policy(table, path, tuple(rules))
+                    return _parse_policy(table, path, tuple(rules))
     return Policy()
 
 
@@ -172,7 +172,7 @@ def _table(path: Path, has_table: bool) -> Mapping[str, Any] | None:
     return table
 
 
-def _policy(table: Mapping[str, Any], path: Path, rules: tuple[RuleTexts, ...]) -> Policy:
+def _parse_policy(table: Mapping[str, Any], path: Path, rules: tuple[RuleTexts, ...]) -> Policy:
     """Return the policy in the configuration table of the file `path`. Raises PolicyError for unknown keys and values.
 
     `rules` are all rules, with which the patterns are checked.
@@ -198,16 +198,17 @@ def _policy(table: Mapping[str, Any], path: Path, rules: tuple[RuleTexts, ...]) 
         is_below = is_text and (path.parent / profiles).resolve().is_relative_to(path.parent.resolve())
         _require(is_below, path, "profiles is no folder beside this file, or below")
     policy = Policy(
-        _patterns(table.get("select", []), "select", path, rules), _patterns(ignored, "ignore", path, rules),
-        dict(zip(_patterns(list(reasons), "ignore", path, rules), reasons.values(), strict=True)),
+        _parse_patterns(table.get("select", []), "select", path, rules),
+        _parse_patterns(ignored, "ignore", path, rules),
+        dict(zip(_parse_patterns(list(reasons), "ignore", path, rules), reasons.values(), strict=True)),
         {pattern: Severity(word) for pattern, word in severity.items()},
         None if profiles is None else str(path.parent / profiles), path.name,
     )
-    _patterns(list(severity), "severity", path, rules)
+    _parse_patterns(list(severity), "severity", path, rules)
     return policy
 
 
-def _patterns(value: object, key: str, path: Path, rules: tuple[RuleTexts, ...]) -> tuple[str, ...]:
+def _parse_patterns(value: object, key: str, path: Path, rules: tuple[RuleTexts, ...]) -> tuple[str, ...]:
     """Return the patterns of rules in a list, the `value` at `key` of the file `path`.
 
     Raises PolicyError if the value is not a list of texts, or if a pattern does not match any of the `rules`.

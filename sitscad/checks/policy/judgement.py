@@ -22,7 +22,7 @@ from sitscad.basics.finding import Finding, Ignored, Severity
 from sitscad.basics.record import record
 from sitscad.checks.findings import CheckedSpec, RuleTexts
 from sitscad.checks.findings.document import finding_identities, without_count
-from sitscad.checks.policy.configuration import Policy, PolicyError, chosen_rules, matches_rule
+from sitscad.checks.policy.configuration import Policy, PolicyError, matches_rule, selected_rules
 from sitscad.spec.yaml.source import SpecSource
 
 MAX_BYTES = 64 << 20
@@ -83,11 +83,11 @@ class Baseline:
 
     def of(self, path: str, name: str) -> Mapping[str, BaselineFinding]:
         """Return the known findings of the spec at `path` whose name is `name`. Empty if there are none."""
-        return self.known.get((_place(path), name), {})
+        return self.known.get((_absolute_path(path), name), {})
 
     def holds(self, path: str, name: str) -> bool:
         """Whether the spec at `path` whose name is `name` is part of the baseline."""
-        return (_place(path), name) in self.known
+        return (_absolute_path(path), name) in self.known
 
     def covered(self, path: str, name: str, findings: Sequence[Finding]) -> list[bool]:
         """Return for each finding whether a known finding covers it.
@@ -139,7 +139,8 @@ def read_baseline(path: str) -> Baseline:
         raise PolicyError(f"cannot read the baseline {path}: {getattr(error, 'strerror', None) or error}") from error
     try:
         folder = os.path.dirname(os.path.abspath(path))
-        entries = {(_place(s["spec"], folder), str(s["name"] or "")): _entries(s) for s in json.loads(content)["specs"]}
+        entries = {(_absolute_path(s["spec"], folder), str(s["name"] or "")): _entries(s)
+                   for s in json.loads(content)["specs"]}
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         hint = "make one with: sitscad check SPEC... --format json > FILE"
         raise PolicyError(f"{path} is no baseline ({type(error).__name__}: {error}); {hint}") from error
@@ -152,18 +153,19 @@ def baseline_from_manifest(path: str, name: str, document: Mapping[str, Any]) ->
     Raises ValueError, TypeError or KeyError if the values are no baseline.
     """
     rows = {
-        str(key): BaselineFinding(Severity(word), _figure(measured), _figure(limit), keeps_limit is True)
+        str(key): BaselineFinding(
+            Severity(word), _measured_value(measured), _measured_value(limit), keeps_limit is True)
         for key, (word, measured, limit, keeps_limit) in document["known"].items()
     }
-    return Baseline(str(document["named"]), {(_place(path), name): rows})
+    return Baseline(str(document["named"]), {(_absolute_path(path), name): rows})
 
 
-def _place(path: str, folder: str = "") -> str:
+def _absolute_path(path: str, folder: str = "") -> str:
     """Return the absolute path of a spec. Relative paths start from `folder`. ``-`` (standard input) is unchanged."""
     return path if path == "-" else os.path.abspath(os.path.join(folder, path))
 
 
-def _figure(value: Any) -> float | None:
+def _measured_value(value: Any) -> float | None:
     """Return a number from a baseline. None if it cannot be a measured value, for example for true, NaN or 1e99."""
     return float(value) if type(value) in (int, float) and abs(value) < LARGEST else None
 
@@ -176,7 +178,7 @@ def _entries(spec: Mapping[str, Any]) -> dict[str, BaselineFinding]:
     ]
     figures = (
         BaselineFinding(
-            Severity(entry["severity"]), _figure(entry["measured"]), _figure(entry["limit"]),
+            Severity(entry["severity"]), _measured_value(entry["measured"]), _measured_value(entry["limit"]),
             entry.get("keeps_limit") is True,
         )
         for entry in entries
@@ -208,10 +210,10 @@ def apply_policy(
     before = checked.findings
     checked = _with_severities(checked, policy.severity)
     if policy.select or policy.ignore:
-        chosen = chosen_rules(rules, policy.select, policy.ignore)
+        chosen = selected_rules(rules, policy.select, policy.ignore)
         left_out = [rule.id for rule in rules if rule.id not in chosen]
         checked = checked.without(left_out, f"left out by {policy.file_name}")
-    checked = _apply_comments(checked, source, comments(source.text, names), names)
+    checked = _apply_comments(checked, source, silencing_comments(source.text, names), names)
     # the last matching reason counts
     reasons = list(policy.reasons.items())[::-1]
     checked = _move_to_ignored(checked, "configuration", lambda finding: next(
@@ -227,7 +229,7 @@ def apply_policy(
         and (finding.rule.startswith("SIT2") or finding.rule in NOT_FOR_WAIVING)))
 
 
-def ignored_test(
+def make_ignored_test(
     source: SpecSource, rules: Sequence[RuleTexts], policy: Policy, select: tuple[str, ...] = (),
     ignore: tuple[str, ...] = (),
 ) -> Callable[[Finding], bool]:
@@ -236,8 +238,8 @@ def ignored_test(
     No changes are tried for such a finding. The finding must have its line in the spec's text. The function uses
     `policy`, the patterns `select` and `ignore` of rules, and the comments in the spec.
     """
-    chosen = chosen_rules(rules, policy.select, policy.ignore) & chosen_rules(rules, select, ignore)
-    written = comments(source.text, [rule.id for rule in rules])
+    chosen = selected_rules(rules, policy.select, policy.ignore) & selected_rules(rules, select, ignore)
+    written = silencing_comments(source.text, [rule.id for rule in rules])
 
     def is_ignored(finding: Finding) -> bool:
         if finding.rule.startswith("SIT0"):
@@ -358,7 +360,7 @@ class Comment:
         return finding.line == self.line or self.line in lines
 
 
-def comments(text: str, rule_ids: Iterable[str]) -> tuple[Comment, ...]:
+def silencing_comments(text: str, rule_ids: Iterable[str]) -> tuple[Comment, ...]:
     """Return the comments of a spec that silence rules. `rule_ids` are the identifiers of all rules."""
     if "sitscad:" not in text.lower():
         return ()
@@ -368,11 +370,11 @@ def comments(text: str, rule_ids: Iterable[str]) -> tuple[Comment, ...]:
         start = _comment_start(line)
         match = _WORDS.search(line, start) if start is not None else None
         if match is not None:
-            found_comments.append(_comment(number, match.start() + 1, match[1], rules))
+            found_comments.append(_parse_comment(number, match.start() + 1, match[1], rules))
     return tuple(found_comments)
 
 
-def _comment(line: int, column: int, text: str, rule_ids: frozenset[str]) -> Comment:
+def _parse_comment(line: int, column: int, text: str, rule_ids: frozenset[str]) -> Comment:
     """Parse the text of a comment into rules and reason, or into a fault."""
     match = _RULES.fullmatch(text.rstrip())
     if match is None:

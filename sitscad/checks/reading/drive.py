@@ -10,15 +10,15 @@ from sitscad.basics.finding import Severity
 from sitscad.checks.reading.readings import (
     NEAR,
     Reading,
-    coil_and_state,
-    is_short_alone,
+    all_readings,
+    coil_state_text,
+    is_below_limit_in_air,
     missing_value_reasons,
-    more_distance,
-    near_limit,
-    of_own_windings,
-    readings_of,
+    more_distance_text,
+    near_limit_findings,
+    point_to_own_windings,
     worst_beyond_limit,
-    worst_of,
+    worst_reading,
 )
 from sitscad.checks.rules import Rule, Verdict, Violation, join_texts, not_checked, rule_of, violation_of
 from sitscad.estimates.design import Design, at_room_temperature
@@ -39,24 +39,24 @@ def drive_amplitude(design: Design) -> Iterator[Verdict]:
     """Yield findings on the oscillation amplitude at the chosen drive code, in all states of the assembled sensor."""
     device, readout, coils = design.spec.readout.device, design.estimates.readout, design.estimates.all_coils
     if readout.high_current:
-        yield from _high_current_amplitude(device, coils)
+        yield from _high_current_findings(device, coils)
         return
     yield from missing_value_reasons(coils, "amplitude")
     if readout.drive_code is None:
         return
     spec = design.spec
-    distance = more_distance(spec.target, spec.shield, spec.jaw, spec.metal)
-    violations = [*_too_strong(design, worst_of(coils, "amplitude", max, True)),
-                  *_too_weak(device, readout, coils, worst_of(coils, "amplitude", min, True),
-                             is_set=design.spec.readout.drive_code is not None, distance=distance)]
+    distance = more_distance_text(spec.target, spec.shield, spec.jaw, spec.metal)
+    violations = [*_strong_drive_findings(design, worst_reading(coils, "amplitude", max, True)),
+                  *_weak_drive_findings(device, readout, coils, worst_reading(coils, "amplitude", min, True),
+                                        is_set=design.spec.readout.drive_code is not None, distance=distance)]
     yield from (each for each in violations if not each.keeps_limit)
     # notes and warnings on one drive code become one finding: separate findings could ask for a weaker
     # code and for a stronger code. Place and values are from the gravest finding
-    near = [*(each for each in violations if each.keeps_limit), *_copper_ends(device, readout, coils)]
+    near = [*(each for each in violations if each.keeps_limit), *_copper_thickness_findings(device, readout, coils)]
     if near:
         gravest = min(near, key=lambda violation: list(Severity).index(violation.severity or Severity.NOTE))
         texts = [text for each in near if each is not gravest for text in (each.text("message"), each.text("detail"))]
-        code, _ = serving_code(device, readout, coils, (NEAR,))
+        code, _ = suitable_code(device, readout, coils, (NEAR,))
         yield replace(
             gravest, hint_case="code-near-none" if code is None else "code-near",
             details=(*gravest.details, *["amplitude-others"] * bool(texts)),
@@ -65,7 +65,7 @@ def drive_amplitude(design: Design) -> Iterator[Verdict]:
         )
 
 
-def serving_codes(
+def suitable_codes(
     converter: Converter, readout: ReadoutEstimate, coils: Sequence[CoilEstimate], sigmas: float, name: str = "",
 ) -> list[int]:
     """Return the drive codes with which the oscillation amplitudes lie in the converter's low-noise window.
@@ -74,7 +74,7 @@ def serving_codes(
     with a margin of `sigmas` standard deviations (manufacturing). It must also meet the upper limit with the thickest
     copper that the fabricator may deliver. The code nearest to the present code is first.
     """
-    readings = readings_of(coils, "amplitude", True)
+    readings = all_readings(coils, "amplitude", True)
     low, high = converter.limit("amplitude_optimum_min"), converter.limit("amplitude_max")
     states = {(coil.name, name): state for coil in coils for name, state in coil.states.items()}
     ends = []  # the smallest and the largest amplitude of each reading, and the drive current for which they hold
@@ -85,14 +85,14 @@ def serving_codes(
         thickest = 0.0 if scatter is None else (
             reading.value * scatter.thickest_copper / states[reading.coil, reading.state].parallel_resistance)
         ends.append((reading.value - margin, reading.value + max(margin, thickest),
-                     converter.drive_currents[_code(readout, coils, reading)]))
+                     converter.drive_currents[_drive_code(readout, coils, reading)]))
     now = readout.drive_code or 0
     codes = [code for code, current in enumerate(converter.drive_currents)
              if all(low <= least * current / at and most * current / at <= high for least, most, at in ends)]
     return sorted(codes, key=lambda code: abs(code - now))
 
 
-def serving_code(
+def suitable_code(
     converter: Converter, readout: ReadoutEstimate, coils: Sequence[CoilEstimate],
     margins: tuple[float, ...] = (NEAR, 0.0),
 ) -> tuple[int | None, float]:
@@ -102,7 +102,7 @@ def serving_code(
     meets. The code is None, and the margin 0, if no code meets the limits with any of these margins.
     """
     for margin in margins:
-        if codes := serving_codes(converter, readout, coils, margin):
+        if codes := suitable_codes(converter, readout, coils, margin):
             return codes[0], margin
     return None, 0.0
 
@@ -119,17 +119,17 @@ def _code_hint(
     if serving is not None:
         return "code-serves-margin" if margin else "code-serves"
     is_apart = is_set and len(coils) > 1 and all(
-        serving_codes(converter, readout, coils, 0.0, coil.name) for coil in coils)
+        suitable_codes(converter, readout, coils, 0.0, coil.name) for coil in coils)
     return "code-apart" if is_apart else "code-none"
 
 
-def _copper_ends(
+def _copper_thickness_findings(
     converter: Converter, readout: ReadoutEstimate, coils: Sequence[CoilEstimate]
 ) -> Iterator[Violation]:
     # The amplitude with the thinnest and the thickest copper delivered, if either amplitude leaves the window
     # although the board as drawn keeps it: no test of the bare board detects such copper.
     low, high = converter.limit("amplitude_optimum_min"), converter.limit("amplitude_max")
-    readings = readings_of(coils, "amplitude", True)
+    readings = all_readings(coils, "amplitude", True)
     states = [
         (state.amplitude, state.amplitude * state.spread.thickest_copper / state.parallel_resistance, reading)
         for coil in coils
@@ -143,16 +143,16 @@ def _copper_ends(
     if thick is not None and thick[0] <= high < thick[0] + thick[1]:
         yield violation_of(
             "copper-thick", CODE_KEY, thick[0] + thick[1], high, "V", severity=Severity.WARNING,
-            where=coil_and_state(thick[2]), code=_code(readout, coils, thick[2]),
+            where=coil_state_text(thick[2]), code=_drive_code(readout, coils, thick[2]),
         )
     if thin is not None and thin[0] - thin[1] < low <= thin[0]:
         yield violation_of(
-            "copper-thin", CODE_KEY, thin[0] - thin[1], low, "V", severity=Severity.NOTE, where=coil_and_state(thin[2]),
-            code=_code(readout, coils, thin[2]),
+            "copper-thin", CODE_KEY, thin[0] - thin[1], low, "V", severity=Severity.NOTE,
+            where=coil_state_text(thin[2]), code=_drive_code(readout, coils, thin[2]),
         )
 
 
-def _too_strong(design: Design, largest: Reading | None) -> Iterator[Violation]:
+def _strong_drive_findings(design: Design, largest: Reading | None) -> Iterator[Violation]:
     """Yield a finding if the largest amplitude exceeds the clamping limit, or is only little below it.
 
     The amplitude with the same drive code at power-up, at room temperature, is also checked.
@@ -161,8 +161,8 @@ def _too_strong(design: Design, largest: Reading | None) -> Iterator[Violation]:
     high, source = converter.limit("amplitude_max"), converter.limits["amplitude_max"].source
     if largest is not None and largest.value > high * (1.0 + 1e-9):
         numbers, is_set = design.estimates.readout, readout.drive_code is not None
-        code = _code(numbers, coils, largest)
-        serving, margin = serving_code(converter, numbers, coils)
+        code = _drive_code(numbers, coils, largest)
+        serving, margin = suitable_code(converter, numbers, coils)
         hint = "swing-weakest" if code == 0 else _code_hint(converter, numbers, coils, serving, margin, is_set)
         yield worst_beyond_limit(
             "swing-high", largest, high, "V", CODE_KEY, hint=hint, source=source,
@@ -172,44 +172,44 @@ def _too_strong(design: Design, largest: Reading | None) -> Iterator[Violation]:
         )
         return
     if largest is not None:
-        yield from near_limit("near-amplitude", largest, high, "V", CODE_KEY)
+        yield from near_limit_findings("near-amplitude", largest, high, "V", CODE_KEY)
     cold = at_room_temperature(design)
     if cold is design:
         return
-    resistances = readings_of(cold.estimates.all_coils, "parallel_resistance", True)
-    swings = [(converter.amplitude(r.value, _code(design.estimates.readout, coils, r)), r) for r in resistances]
+    resistances = all_readings(cold.estimates.all_coils, "parallel_resistance", True)
+    swings = [(converter.amplitude(r.value, _drive_code(design.estimates.readout, coils, r)), r) for r in resistances]
     swing, widest = max(swings, key=lambda pair: pair[0], default=(0.0, None))
     if widest is not None and swing > high:
         careful = converter.drive_code(widest.value + (widest.sigma or 0.0))
         yield violation_of(
             "swing-cold", "requirements.temperature", swing, high, "V", severity=Severity.WARNING, source=source,
-            where=coil_and_state(widest), code=_code(design.estimates.readout, coils, widest),
+            where=coil_state_text(widest), code=_drive_code(design.estimates.readout, coils, widest),
             temperature=design.estimates.temperature, careful=careful,
         )
 
 
-def _too_weak(
+def _weak_drive_findings(
     converter: Converter, readout: ReadoutEstimate, coils: Sequence[CoilEstimate], smallest: Reading | None, *,
     is_set: bool, distance: str,
 ) -> Iterator[Violation]:
     """Yield a finding if the smallest amplitude is below the low-noise window, or only little above its lower limit.
 
     Below a second, lower limit, the oscillation may stop. `is_set` is True if the spec sets the drive code. `distance`
-    is advice for more distance from metal (`more_distance`).
+    is advice for more distance from metal (`more_distance_text`).
     """
     limit = converter.limit
     optimum, high = limit("amplitude_optimum_min"), limit("amplitude_max")
     if smallest is None:
         return
-    code = _code(readout, coils, smallest)
+    code = _drive_code(readout, coils, smallest)
     if smallest.value >= optimum:
-        yield from near_limit("near-amplitude", smallest, optimum, "V", CODE_KEY)
+        yield from near_limit_findings("near-amplitude", smallest, optimum, "V", CODE_KEY)
         return
     case, name, severity = "swing-stops", "amplitude_stable_min", None
     if smallest.value >= limit(name):
         case, name, severity = "swing-noisy", "amplitude_optimum_min", Severity.WARNING
-    serving, margin = serving_code(converter, readout, coils) if is_set else (None, 0.0)
-    values = readings_of(coils, "parallel_resistance", True)
+    serving, margin = suitable_code(converter, readout, coils) if is_set else (None, 0.0)
+    values = all_readings(coils, "parallel_resistance", True)
     resistances = [r.value for r in values if r.coil == smallest.coil]
     most = max(values, key=lambda r: r.value)
     changes = [*[distance] * bool(distance), "more turns"]
@@ -220,7 +220,7 @@ def _too_weak(
         hint = "weak-drive"
         # the amplitude is the drive's current times R_P
         required = min(resistances) * optimum / smallest.value
-        if is_short_alone(coils, smallest, "parallel_resistance", required):
+        if is_below_limit_in_air(coils, smallest, "parallel_resistance", required):
             changes = ["more turns", "a larger coil"]
     else:
         hint = "weak-states" if most.value / max(resistances) <= max(resistances) / min(resistances) else "weak-coils"
@@ -232,21 +232,21 @@ def _too_weak(
     )
 
 
-def _code(readout: ReadoutEstimate, coils: Sequence[CoilEstimate], reading: Reading) -> int:
+def _drive_code(readout: ReadoutEstimate, coils: Sequence[CoilEstimate], reading: Reading) -> int:
     names = [coil.name for coil in coils]
     code = readout.code_of(names.index(reading.coil))
     assert code is not None
     return code
 
 
-def _high_current_amplitude(converter: Converter, coils: Sequence[CoilEstimate]) -> Iterator[Verdict]:
+def _high_current_findings(converter: Converter, coils: Sequence[CoilEstimate]) -> Iterator[Verdict]:
     """Yield a finding with the amplitudes of the high-current drive. Two texts of the maker state different currents.
 
     The smallest amplitude is computed with the lower current, the largest with the higher current. Either may exceed
     its limit.
     """
     low_current, high_current = converter.high_current_range
-    values = [reading.value for reading in readings_of(coils, "parallel_resistance", True)]
+    values = [reading.value for reading in all_readings(coils, "parallel_resistance", True)]
     if not values:
         yield not_checked("no-estimate", quantity="parallel resistance")
         return
@@ -263,5 +263,5 @@ def _high_current_amplitude(converter: Converter, coils: Sequence[CoilEstimate])
 
 
 RULES: tuple[Rule, ...] = (
-    rule_of("SIT204", of_own_windings(drive_amplitude)),
+    rule_of("SIT204", point_to_own_windings(drive_amplitude)),
 )

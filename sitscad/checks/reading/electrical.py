@@ -15,22 +15,22 @@ from itertools import islice
 from sitscad.assembly.places.state import FREE
 from sitscad.basics.finding import Severity
 from sitscad.basics.units import parse_quantity, show
-from sitscad.checks.fixes.moves import other_start_angles, whole_turns, with_capacitors, with_each
+from sitscad.checks.fixes.moves import other_start_angles, whole_turns, with_capacitors, with_each_turns
 from sitscad.checks.reading.readings import (
-    coil_and_state,
-    failed_states,
-    is_short_alone,
+    all_readings,
+    coil_state_text,
+    failed_state_reasons,
+    is_below_limit_in_air,
+    missing_estimate_errors,
     missing_value_reasons,
     more_copper,
-    more_distance,
-    near_limit,
-    nothing_estimated,
-    of_own_windings,
-    other_states,
+    more_distance_text,
+    near_limit_findings,
+    other_state_texts,
     overdamped_tank,
-    readings_of,
+    point_to_own_windings,
     worst_beyond_limit,
-    worst_of,
+    worst_reading,
 )
 from sitscad.checks.rules import Rule, Verdict, not_checked, rule_of, violation_of
 from sitscad.data import rows
@@ -48,7 +48,7 @@ Such a shield concentrates the field.
 """
 
 
-def _resistance_floor(high_current: bool, coil_count: int) -> str:
+def _resistance_limit_name(high_current: bool, coil_count: int) -> str:
     """Return the name of the converter's limit for the smallest parallel resistance that it can drive.
 
     `high_current` is True if the spec sets the high-current drive. This drive works for a single coil only.
@@ -63,27 +63,27 @@ def inductance_floor(design: Design) -> Iterator[Verdict]:
     floor, limit = design.spec.readout.device.limit("inductance_min"), design.spec.readout.device.limit
     coils = design.estimates.all_coils
     yield from missing_value_reasons(coils, "inductance")
-    worst = worst_of(coils, "inductance", min)
+    worst = worst_reading(coils, "inductance", min)
     if worst is None:
-        yield from nothing_estimated(coils)
+        yield from missing_estimate_errors(coils)
         return
     if worst.value >= floor:
-        yield from near_limit("near-inductance", worst, floor, "H", "coil.turns")
+        yield from near_limit_findings("near-inductance", worst, floor, "H", "coil.turns")
         return
     growth = floor / max(worst.value, 0.01 * floor)  # a coarse estimate can be near or below zero
     spec, distance = design.spec, ""
-    if not is_short_alone(coils, worst, "inductance", floor):
-        distance = more_distance(spec.target, spec.shield, spec.jaw, spec.metal)
+    if not is_below_limit_in_air(coils, worst, "inductance", floor):
+        distance = more_distance_text(spec.target, spec.shield, spec.jaw, spec.metal)
     # if the tank is neither too fast nor too lossy for the converter, the converter can measure this inductance
     state = next(coil.states[worst.state] for coil in coils if coil.name == worst.coil)
     is_slow = state.frequency <= limit("sensor_frequency_max")
-    least_resistance = limit(_resistance_floor(design.estimates.readout.high_current, len(coils)))
+    least_resistance = limit(_resistance_limit_name(design.estimates.readout.high_current, len(coils)))
     is_measurable = worst.value > 0.0 and is_slow and state.parallel_resistance >= least_resistance
     yield worst_beyond_limit(
         "inductance-unproven" if is_measurable else "inductance-low", worst, floor, "H", "coil.turns",
         hint="inductance-distance" if distance else "inductance-low",
         severity=Severity.WARNING if is_measurable else None, fixes=more_copper(design.spec, growth**0.5, growth),
-        states=other_states(coils, worst, "inductance", "H", 4), distance=distance,
+        states=other_state_texts(coils, worst, "inductance", "H", 4), distance=distance,
         limit_source=design.spec.readout.device.source_of("inductance_min"),
     )
 
@@ -94,7 +94,7 @@ def frequency_ceiling(design: Design) -> Iterator[Verdict]:
     low, high = limit("sensor_frequency_min"), limit("sensor_frequency_max")
     coils = design.estimates.all_coils
     yield from missing_value_reasons(coils, "frequency")
-    worst, lowest = (worst_of(coils, "frequency", choose) for choose in (max, min))
+    worst, lowest = (worst_reading(coils, "frequency", choose) for choose in (max, min))
     if worst is not None and worst.value > high:
         now = design.estimates.readout.capacitance
         whole = next(coil.capacitance for coil in coils if coil.name == worst.coil)
@@ -102,15 +102,15 @@ def frequency_ceiling(design: Design) -> Iterator[Verdict]:
         capacitance = now + whole * ((worst.value / (0.95 * high)) ** 2 - 1.0)
         fitting = [value for value in preferred_values(design.spec.readout.device) if value >= capacitance]
         yield worst_beyond_limit(
-            "frequency-high", worst, high, "Hz", "readout.capacitance", states=other_states(coils, worst, "frequency",
-                                                                                            "Hz", 4),
+            "frequency-high", worst, high, "Hz", "readout.capacitance",
+            states=other_state_texts(coils, worst, "frequency", "Hz", 4),
             fixes=(partial(with_capacitors, design.spec, fitting[:2]),), capacitance=now,
         )
     else:
-        yield from near_limit("near-frequency", worst, high, "Hz", "readout.capacitance")
+        yield from near_limit_findings("near-frequency", worst, high, "Hz", "readout.capacitance")
     if lowest is not None and lowest.value < low:
         yield violation_of("frequency-low", "readout.capacitance", lowest.value, low, "Hz",
-                           where=coil_and_state(lowest))
+                           where=coil_state_text(lowest))
 
 
 def parallel_resistance(design: Design) -> Iterator[Verdict]:
@@ -122,17 +122,17 @@ def parallel_resistance(design: Design) -> Iterator[Verdict]:
     spec, coils = design.spec, design.estimates.all_coils
     yield from missing_value_reasons(coils, "parallel_resistance")
     yield from overdamped_tank(design)
-    worst = worst_of(coils, "parallel_resistance", min)
+    worst = worst_reading(coils, "parallel_resistance", min)
     if worst is None:
         return
-    floor_name = _resistance_floor(design.estimates.readout.high_current, len(coils))
+    floor_name = _resistance_limit_name(design.estimates.readout.high_current, len(coils))
     device, name = spec.readout.device, "parallel_resistance_min"
     specified = device.limit(name)
     if worst.value >= specified:
-        for note in near_limit("near-resistance", worst, specified, "ohm", "coil.layers"):
+        for note in near_limit_findings("near-resistance", worst, specified, "ohm", "coil.layers"):
             distance = ""
             if worst.state != FREE:
-                distance = more_distance(spec.target, spec.shield, spec.jaw, spec.metal)
+                distance = more_distance_text(spec.target, spec.shield, spec.jaw, spec.metal)
             yield replace(note, hint_case="near-resistance-distance" if distance else "",
                           values={**note.values, "distance": distance})
         return
@@ -141,13 +141,14 @@ def parallel_resistance(design: Design) -> Iterator[Verdict]:
         name, severity = floor_name, Severity.ERROR
         case = "resistance-high-current" if floor_name.endswith("high_current") else "resistance-drive"
     minimum, growth = device.limit(name), (specified / worst.value) ** (1.0 / 3.0)
-    is_short = worst.state != FREE and is_short_alone(coils, worst, "parallel_resistance", minimum)
-    changes = [] if is_short else _distance_ways(spec.mount, spec.shield, spec.metal, spec.target, worst.state == FREE)
+    is_short = worst.state != FREE and is_below_limit_in_air(coils, worst, "parallel_resistance", minimum)
+    changes = [] if is_short else _hints_for_more_distance(spec.mount, spec.shield, spec.metal, spec.target,
+                                                           worst.state == FREE)
     yield worst_beyond_limit(
         case, worst, minimum, "ohm", "coil.layers", hint="resistance-ways" if changes else "resistance-short",
         details=() if changes else ("misses-in-air",), severity=severity, source=device.limits[name].source,
         fixes=more_copper(spec, growth, growth**3), ways=changes,
-        states=other_states(coils, worst, "parallel_resistance", "ohm"),
+        states=other_state_texts(coils, worst, "parallel_resistance", "ohm"),
     )
 
 
@@ -155,30 +156,31 @@ def quality_factor(design: Design) -> Iterator[Verdict]:
     """Yield a finding if the smallest quality factor over all coils and states is below the converter's minimum."""
     coils = design.estimates.all_coils
     yield from missing_value_reasons(coils, "quality_factor")
-    floor, worst = design.spec.readout.device.limit("quality_factor_min"), worst_of(coils, "quality_factor", min)
+    floor, worst = design.spec.readout.device.limit("quality_factor_min"), worst_reading(coils, "quality_factor", min)
     if worst is not None and worst.value < floor:
         spec, is_free = design.spec, worst.state == FREE
-        is_short = not is_free and is_short_alone(coils, worst, "quality_factor", floor)
-        changes = [] if is_short else _distance_ways(spec.mount, spec.shield, spec.metal, spec.target, is_free)
-        states = other_states(coils, worst, "quality_factor", "")
+        is_short = not is_free and is_below_limit_in_air(coils, worst, "quality_factor", floor)
+        changes = [] if is_short else _hints_for_more_distance(spec.mount, spec.shield, spec.metal, spec.target,
+                                                               is_free)
+        states = other_state_texts(coils, worst, "quality_factor", "")
         yield violation_of(
             "quality-low", "coil.trace_width", worst.value, floor, hint="quality-ways" if changes else "",
             details=("quality-rule", *["misses-in-air"] * (not changes), *["other-states"] * bool(states)),
-            where=coil_and_state(worst), ways=changes, states=states,
+            where=coil_state_text(worst), ways=changes, states=states,
         )
 
 
 def self_resonance(design: Design) -> Iterator[Verdict]:
     """Yield findings on the sensor frequency as a fraction of the coil's self-resonant frequency."""
     coils = design.estimates.all_coils
-    readings = readings_of(coils, "frequency")
+    readings = all_readings(coils, "frequency")
     ratios = [
         (r.value / coil.self_resonance, r, coil.self_resonance)
         for coil in coils
         for r in readings
         if r.coil == coil.name and coil.self_resonance and math.isfinite(coil.self_resonance)
     ]
-    yield from failed_states(coils, "share of the self-resonance")
+    yield from failed_state_reasons(coils, "share of the self-resonance")
     if not ratios:
         yield not_checked("no-estimate", quantity="self-resonance")
         return
@@ -190,7 +192,7 @@ def self_resonance(design: Design) -> Iterator[Verdict]:
     if share > limit.value:
         yield violation_of(
             "self-resonance", "readout.capacitance", share, limit.value, severity=severity, source=limit.source,
-            where=coil_and_state(worst), frequency=worst.value, resonance=resonance,
+            where=coil_state_text(worst), frequency=worst.value, resonance=resonance,
         )
 
 
@@ -221,7 +223,7 @@ def capacitor_sold(design: Design) -> Iterator[Verdict]:
                        fixes=(partial(with_capacitors, design.spec, nearest_first),))
 
 
-def _distance_ways(
+def _hints_for_more_distance(
     mount: Mount | None, shield: Shield | None, metal: Conductor | None, target: Target | None, is_free: bool
 ) -> list[str]:
     """Return advice for more distance between the coils and metal, one text for each way.
@@ -284,7 +286,7 @@ def leads_through_flux(design: Design) -> Iterator[Verdict]:
         details=(*["lead-resistance"] * (free is not None), *["lead-room-missing"] * (beyond > LEAST_LEAD_ARC)),
         # if leads lack room, other start angles come first
         fixes=(lambda: islice(other_start_angles(spec), MAX_TRIED_ANGLES if beyond > LEAST_LEAD_ARC else 0),
-               lambda: with_each(spec, whole_turns(spec.coil))),
+               lambda: with_each_turns(spec, whole_turns(spec.coil))),
         coil=coil.name, turns=abs(turns), linked=abs(linked), moves=moves, missing=beyond,
     )
 
@@ -297,7 +299,7 @@ def smallest_coil(design: Design) -> Iterator[Verdict]:
     """
     spec = design.spec
     estimates = design.estimates
-    floor = spec.readout.device.limit(_resistance_floor(estimates.readout.high_current, len(estimates.all_coils)))
+    floor = spec.readout.device.limit(_resistance_limit_name(estimates.readout.high_current, len(estimates.all_coils)))
     sizes = {int(row["layers"]): parse_quantity(row["outer_diameter"], "length") for row in rows("smallest_coils")
              if row["profile"] == spec.fpc.rules.name and row["shape"] == spec.coil.shape
              and parse_quantity(row["parallel_resistance"], "resistance") == floor}
@@ -310,13 +312,13 @@ def smallest_coil(design: Design) -> Iterator[Verdict]:
 
 
 RULES: tuple[Rule, ...] = (
-    rule_of("SIT201", of_own_windings(inductance_floor)),
+    rule_of("SIT201", point_to_own_windings(inductance_floor)),
     rule_of("SIT202", frequency_ceiling),
-    rule_of("SIT203", of_own_windings(parallel_resistance)),
-    rule_of("SIT205", of_own_windings(quality_factor)),
+    rule_of("SIT203", point_to_own_windings(parallel_resistance)),
+    rule_of("SIT205", point_to_own_windings(quality_factor)),
     rule_of("SIT206", self_resonance),
     rule_of("SIT214", tank_capacitor),
     rule_of("SIT220", capacitor_sold),
-    rule_of("SIT216", of_own_windings(leads_through_flux), named=100.0 * NOTED_LEAD_FLUX, warned=100.0 * WARNED),
+    rule_of("SIT216", point_to_own_windings(leads_through_flux), named=100.0 * NOTED_LEAD_FLUX, warned=100.0 * WARNED),
     rule_of("SIT222", smallest_coil),
 )

@@ -15,7 +15,7 @@ from sitscad.basics.finding import Severity
 from sitscad.basics.late import late
 from sitscad.basics.record import memo, record
 from sitscad.checks.fixes.pads import thicker_target
-from sitscad.checks.reading.readings import coil_and_state, readings_of
+from sitscad.checks.reading.readings import all_readings, coil_state_text
 from sitscad.checks.rules import Rule, Verdict, constant_limits, not_checked, rule_of, violation_of
 from sitscad.estimates import estimated
 from sitscad.estimates.design import Design
@@ -49,8 +49,8 @@ If both values are at least this number, eddy currents in the target hardly matt
 
 def target_thickness(design: Design) -> Iterator[Verdict]:
     """Yield findings on a target thinner than three skin depths, and on a target of a poorly conducting material."""
-    target = _target(design.spec.target)
-    frequencies = [reading.value for reading in readings_of(design.estimates.coils, "frequency")
+    target = _require_target(design.spec.target)
+    frequencies = [reading.value for reading in all_readings(design.estimates.coils, "frequency")
                    if reading.value > 0.0]
     if not frequencies:
         yield not_checked("no-estimate", quantity="sensor frequency")
@@ -70,14 +70,14 @@ def _thin_target_findings(design: Design, depth: float, frequency: float) -> Ite
 
     `depth` is the skin depth (m) at the frequency `frequency` (Hz).
     """
-    target, thick, limits = _target(design.spec.target), THICK * depth, constant_limits()
+    target, thick, limits = _require_target(design.spec.target), THICK * depth, constant_limits()
     depths, limit = target.thickness / depth, limits["thin_target_resistance"]
     if depths >= COMPARED and target.material.relative_permeability < 1.1:
         yield violation_of("thin-target", "target.thickness", _resistance_of_sheet(depths) - 1.0, limit.value,
                            hint="thin-keep", details=("thin-sheet",), severity=Severity.NOTE, source=limit.source,
                            thickness=target.thickness, depths=depths, metal=target.material.name, frequency=frequency)
         return
-    cost = _cost(design, thicker_target(design.spec, thick).spec)
+    cost = _thin_target_cost(design, thicker_target(design.spec, thick).spec)
     if cost is None:
         yield not_checked("thin-cost-unknown")
         return
@@ -85,7 +85,7 @@ def _thin_target_findings(design: Design, depth: float, frequency: float) -> Ite
     if not too_much and cost.resistance < cost.change:
         limit, measured = limits["thin_target_change"], cost.change
     is_dear = too_much or cost.change > limits["thin_target_change"].value
-    top = max((reading.value for reading in readings_of(design.estimates.coils, "frequency")), default=0.0)
+    top = max((reading.value for reading in all_readings(design.estimates.coils, "frequency")), default=0.0)
     # a skin depth falls with the square root of the frequency
     required = (thick / target.thickness) ** 2 * top
     is_reached = required <= design.spec.readout.device.limit("sensor_frequency_max")
@@ -95,8 +95,8 @@ def _thin_target_findings(design: Design, depth: float, frequency: float) -> Ite
         details=cost.details, severity=Severity.WARNING if is_dear else Severity.NOTE, source=limit.source,
         fixes=(lambda: [thicker_target(design.spec, thick)],) if is_dear else (), thick=thick,
         thickness=target.thickness, depths=depths, metal=target.material.name, frequency=frequency, where=cost.where,
-        resistance=cost.readings[0], thick_resistance=cost.readings[1], percent=_percent(*cost.readings),
-        change=cost.changes[0], thick_change=cost.changes[1], change_percent=_percent(*cost.changes),
+        resistance=cost.readings[0], thick_resistance=cost.readings[1], percent=_percent_text(*cost.readings),
+        change=cost.changes[0], thick_change=cost.changes[1], change_percent=_percent_text(*cost.changes),
         amplitude=cost.amplitude,
     )
 
@@ -137,32 +137,32 @@ class _ThinTargetCost:
     amplitude: float
 
 
-def _cost(design: Design, thick: SensorSpec) -> _ThinTargetCost | None:
+def _thin_target_cost(design: Design, thick: SensorSpec) -> _ThinTargetCost | None:
     """Return the losses due to a thin target, for the coil and state with the largest loss of parallel resistance.
 
     `thick` is the spec with a thick target. None if no coil has a parallel resistance with both targets.
     """
     other = _design_for_comparison(design, thick)
     readings, thick_readings = (
-        readings_of(each.estimates.coils, "parallel_resistance", True) for each in (design, other))
+        all_readings(each.estimates.coils, "parallel_resistance", True) for each in (design, other))
     reference = {(r.coil, r.state): r for r in thick_readings}
     pairs = [(r, reference[r.coil, r.state]) for r in readings if (r.coil, r.state) in reference]
     if not pairs:
         return None
     worst, against = min(pairs, key=lambda pair: pair[0].value / pair[1].value)
     # the amplitude there: SIT204 judges it
-    swing = [r.value for r in readings_of(design.estimates.coils, "amplitude", True)
+    swing = [r.value for r in all_readings(design.estimates.coils, "amplitude", True)
              if (r.coil, r.state) == (worst.coil, worst.state)]
-    change = _change(_effects(design, design), _effects(design, other))
+    change = _largest_signal_pair(_target_effects(design, design), _target_effects(design, other))
     force = design.spec.requirements.normal_force
     changes = change or (1.0, 1.0)
     details = ("thin-cost", *["thin-change-newton" if force else "thin-change-rest"] * (change is not None),
                *["thin-amplitude"] * bool(swing))
     return _ThinTargetCost(1.0 - worst.value / against.value, 1.0 - changes[0] / changes[1], details,
-                           coil_and_state(worst), (worst.value, against.value), changes, swing[0] if swing else 0.0)
+                           coil_state_text(worst), (worst.value, against.value), changes, swing[0] if swing else 0.0)
 
 
-def _change(mine: Mapping[str, float], theirs: Mapping[str, float]) -> tuple[float, float] | None:
+def _largest_signal_pair(mine: Mapping[str, float], theirs: Mapping[str, float]) -> tuple[float, float] | None:
     """Return the signals of one coil in two designs, as (signal in `mine`, signal in `theirs`).
 
     `mine` and `theirs` are the signals (H, or H/N) by coil name. The coil with the largest signal in `theirs` is used.
@@ -172,7 +172,7 @@ def _change(mine: Mapping[str, float], theirs: Mapping[str, float]) -> tuple[flo
     return None if best is None else (mine[best], theirs[best])
 
 
-def _percent(mine: float, other: float) -> str:
+def _percent_text(mine: float, other: float) -> str:
     return f"{round(100.0 * (mine / other - 1.0), 1) + 0.0:+.1f} %"  # no -0.0
 
 
@@ -182,11 +182,11 @@ def _poor_conductor(design: Design, depth: float, frequency: float) -> Iterator[
     `depth` is the skin depth (m) at the frequency `frequency` (Hz). The finding states the comparison with a copper
     target.
     """
-    target = _target(design.spec.target)
+    target = _require_target(design.spec.target)
     copper = replace(design.spec, target=replace(target, material=presets.conductor("copper")))
     other = _design_for_comparison(design, copper)
     mine, theirs = (
-        max((abs(v) for v in _effects(design, each).values()), default=math.nan) for each in (design, other)
+        max((abs(v) for v in _target_effects(design, each).values()), default=math.nan) for each in (design, other)
     )
     if not theirs > 0.0 or not math.isfinite(mine):
         yield not_checked("target-effect-unknown")
@@ -199,7 +199,7 @@ def _poor_conductor(design: Design, depth: float, frequency: float) -> Iterator[
     )
 
 
-def _effects(design: Design, other: Design) -> dict[str, float]:
+def _target_effects(design: Design, other: Design) -> dict[str, float]:
     # The target's effect on each coil by name, in this or a changed design: change per newton (H/N), or else
     # the change of the inductance at rest (H), against the sensor without a target.
     force = other.spec.requirements.normal_force
@@ -207,8 +207,8 @@ def _effects(design: Design, other: Design) -> dict[str, float]:
         return {coil.name: slope[0] for coil in other.estimates.coils if (slope := coil.sensitivity(force))}
     targetless = memo(design, "without its target", lambda: _design_for_comparison(design,
                                                                                    replace(design.spec, target=None)))
-    without = {r.coil: r.value for r in readings_of(targetless.estimates.coils, "inductance", True)}
-    rest = [r for r in readings_of(other.estimates.coils, "inductance") if r.state == REST and r.coil in without]
+    without = {r.coil: r.value for r in all_readings(targetless.estimates.coils, "inductance", True)}
+    rest = [r for r in all_readings(other.estimates.coils, "inductance") if r.state == REST and r.coil in without]
     return {r.coil: r.value - without[r.coil] for r in rest}
 
 
@@ -222,7 +222,7 @@ def _design_for_comparison(design: Design, changed: SensorSpec) -> Design:
     return replace(laid_out, given_estimates=numbers)
 
 
-def _target(target: Target | None) -> Target:
+def _require_target(target: Target | None) -> Target:
     assert target is not None
     return target
 

@@ -17,7 +17,7 @@ from sitscad.checks.fixes.moves import (
     more_layers,
     more_turns,
     with_capacitors,
-    with_each,
+    with_each_turns,
 )
 from sitscad.checks.fixes.references import more_own_turns
 from sitscad.checks.fixes.search import Family
@@ -48,7 +48,7 @@ class Reading:
     cause: str = ""
 
 
-def readings_of(coils: Sequence[CoilEstimate], attribute: str, working: bool = False) -> list[Reading]:
+def all_readings(coils: Sequence[CoilEstimate], attribute: str, working: bool = False) -> list[Reading]:
     """Return the values of a quantity for all coils and states, without values that are missing or not finite.
 
     `attribute` is the quantity's name in the state estimates. With `working`, only states of the assembled sensor are
@@ -58,7 +58,7 @@ def readings_of(coils: Sequence[CoilEstimate], attribute: str, working: bool = F
     names = [name for coil in coils for name in (*coil.states, *coil.failed_states)]
     counted = working_states(dict.fromkeys(names)) if working else names
     return [
-        Reading(coil.name, name, float(value), *_scatter(state, attribute))
+        Reading(coil.name, name, float(value), *_sigma_and_cause(state, attribute))
         for coil in coils
         for name, state in coil.states.items()
         if name in counted
@@ -67,7 +67,7 @@ def readings_of(coils: Sequence[CoilEstimate], attribute: str, working: bool = F
     ]
 
 
-def _scatter(state: StateEstimate, attribute: str) -> tuple[float | None, str]:
+def _sigma_and_cause(state: StateEstimate, attribute: str) -> tuple[float | None, str]:
     scatter = state.spread
     sigma = getattr(scatter, attribute, None)
     if scatter is None or sigma is None or not math.isfinite(sigma) or sigma <= 0.0:
@@ -101,7 +101,7 @@ def worst_beyond_limit(
         case, key, reading.value, limit, unit or None, hint=hint, severity=severity, source=source, sigma=count,
         details=(*details, *["other-states"] * bool(states), *[side] * is_counted,
                  *["sigma-cause"] * (is_counted and bool(reading.cause))),
-        fixes=fixes, keeps_limit=keeps_limit, where=coil_and_state(reading), states=states,
+        fixes=fixes, keeps_limit=keeps_limit, where=coil_state_text(reading), states=states,
         sigmas=f"{count or 0.0:.1f}",
         bound=show(limit, unit), scatter=show(reading.sigma or 0.0, unit, 2), cause=reading.cause, **values,
     )
@@ -123,7 +123,7 @@ It applies to values that meet the limit. At one standard deviation, about one b
 """
 
 
-def more_distance(target: Target | None, shield: Shield | None, jaw: Jaw | None, metal: Conductor | None) -> str:
+def more_distance_text(target: Target | None, shield: Shield | None, jaw: Jaw | None, metal: Conductor | None) -> str:
     """Return advice for more distance between the coils and the target or the metal behind the coils.
 
     Empty if the sensor has no target and no metal behind the coils.
@@ -133,17 +133,17 @@ def more_distance(target: Target | None, shield: Shield | None, jaw: Jaw | None,
     return f"more distance from the {' and the '.join(names)}" if names else ""
 
 
-def is_short_alone(coils: Sequence[CoilEstimate], worst: Reading, attribute: str, limit: float) -> bool:
+def is_below_limit_in_air(coils: Sequence[CoilEstimate], worst: Reading, attribute: str, limit: float) -> bool:
     """Whether the coil of the reading `worst` is below the minimum `limit` in free air, too.
 
     If it is, more distance from metal does not help. `attribute` is the name of the quantity in the state estimates.
     """
     return any(
-        each.coil == worst.coil and each.state == FREE and each.value < limit for each in readings_of(coils, attribute)
+        each.coil == worst.coil and each.state == FREE and each.value < limit for each in all_readings(coils, attribute)
     )
 
 
-def near_limit(case: str, reading: Reading | None, limit: float, unit: str, key: str) -> Iterator[Violation]:
+def near_limit_findings(case: str, reading: Reading | None, limit: float, unit: str, key: str) -> Iterator[Violation]:
     """Yield a note if a reading meets its limit, but is less than two standard deviations from it.
 
     Below one standard deviation, it is a warning.
@@ -161,7 +161,7 @@ def missing_value_reasons(coils: Sequence[CoilEstimate], attribute: str) -> Iter
     estimates.
     """
     name_text = attribute.replace("_", " ")
-    yield from failed_states(coils, name_text)
+    yield from failed_state_reasons(coils, name_text)
     for coil in coils:
         for name, state in coil.states.items():
             value = getattr(state, attribute)
@@ -169,7 +169,7 @@ def missing_value_reasons(coils: Sequence[CoilEstimate], attribute: str) -> Iter
                 yield not_checked("no-coil-estimate", quantity=name_text, coil=coil.name, state=state_text(name))
 
 
-def failed_states(coils: Sequence[CoilEstimate], value_name: str) -> Iterator[Undecided]:
+def failed_state_reasons(coils: Sequence[CoilEstimate], value_name: str) -> Iterator[Undecided]:
     """Yield a reason "not checked" for each state that has no estimate because the model fails.
 
     `value_name` is the name of the missing value in the reason.
@@ -178,7 +178,7 @@ def failed_states(coils: Sequence[CoilEstimate], value_name: str) -> Iterator[Un
         yield not_checked("state-failed", quantity=value_name, state=state_text(state), reason=reason)
 
 
-def nothing_estimated(coils: Sequence[CoilEstimate]) -> Iterator[Verdict]:
+def missing_estimate_errors(coils: Sequence[CoilEstimate]) -> Iterator[Verdict]:
     """Yield an error for each coil without an estimated state.
 
     For coils whose tank does not oscillate, rule SIT203 has the finding.
@@ -203,12 +203,12 @@ def overdamped_tank(design: Design) -> Iterator[Verdict]:
     below = [each for each in reversed(preferred_values(device)) if each <= now * (value / 10.0) ** 2]
     yield violation_of(
         "overdamped", "readout.capacitance", value, 1.0, severity=Severity.ERROR,
-        fixes=(partial(with_capacitors, design.spec, below[:2]),), where=coil_and_state(Reading(name, state, value)),
+        fixes=(partial(with_capacitors, design.spec, below[:2]),), where=coil_state_text(Reading(name, state, value)),
         capacitance=now,
     )
 
 
-def worst_of(
+def worst_reading(
     coils: Sequence[CoilEstimate], attribute: str, choose: Callable[..., Reading], working: bool = False
 ) -> Reading | None:
     """Return the smallest or largest reading of a quantity (`choose`: min or max). None if there are no readings.
@@ -216,24 +216,24 @@ def worst_of(
     `attribute` is the quantity's name in the state estimates. With `working`, only states of the assembled sensor are
     compared.
     """
-    readings = readings_of(coils, attribute, working)
+    readings = all_readings(coils, attribute, working)
     return choose(readings, key=lambda reading: reading.value) if readings else None
 
 
-def coil_and_state(reading: Reading) -> str:
+def coil_state_text(reading: Reading) -> str:
     """Return a reading's coil and state as text."""
     return f"coil {reading.coil} {state_text(reading.state)}"
 
 
-def other_states(
+def other_state_texts(
     coils: Sequence[CoilEstimate], worst: Reading, attribute: str, unit: str, digits: int = 3
 ) -> list[str]:
     """Return texts with the values of the coil of `worst` in its other states, with `digits` significant digits."""
-    readings = [r for r in readings_of(coils, attribute) if r.coil == worst.coil and r.state != worst.state]
+    readings = [r for r in all_readings(coils, attribute) if r.coil == worst.coil and r.state != worst.state]
     return [f"{state_text(r.state)} {show(r.value, unit, digits)}" for r in readings]
 
 
-def of_own_windings(apply: Callable[[Design], Iterable[Verdict]]) -> Callable[[Design], Iterator[Verdict]]:
+def point_to_own_windings(apply: Callable[[Design], Iterable[Verdict]]) -> Callable[[Design], Iterator[Verdict]]:
     """Return the function of a rule whose findings on a reference coil point to the keys of the coil's own windings.
 
     `apply` yields findings that point to keys of the section ``coil``. If the reference coil has its own windings, the
@@ -260,5 +260,5 @@ def more_copper(spec: SensorSpec, factor: float, length: float) -> tuple[Family,
     In each family, the numbers of turns or of layers are multiplied by at least `factor`. The length of a long coil is
     multiplied by at least `length`, a factor, too.
     """
-    return (lambda: with_each(spec, more_turns(spec.coil, factor)), partial(more_layers, spec, factor),
+    return (lambda: with_each_turns(spec, more_turns(spec.coil, factor)), partial(more_layers, spec, factor),
             partial(longer_coils, spec, length))

@@ -18,15 +18,15 @@ from sitscad.basics.units import show
 from sitscad.checks.assembly.plates import is_as_long_as_line
 from sitscad.checks.fixes.pads import (
     centred_plates,
-    cut_to_target,
+    families_for_more_signal,
     larger_target,
-    more_signal,
+    pad_cut_to_target,
     smaller_targets,
     temperature_sensors,
     wider_arrays,
 )
 from sitscad.checks.fixes.search import Family, Fix
-from sitscad.checks.reading.readings import failed_states
+from sitscad.checks.reading.readings import failed_state_reasons
 from sitscad.checks.rules import (
     ROUNDING,
     Rule,
@@ -129,16 +129,16 @@ def coil_response(design: Design) -> Iterator[Verdict]:
     if not required:
         yield from _signal_without_requirement(design)
         return
-    yield from failed_states(design.estimates.coils, "change from rest to pressed")
+    yield from failed_state_reasons(design.estimates.coils, "change from rest to pressed")
     loads = {kind.name: kind.load[0] for kind in STATES if kind.load is not None and SIGNAL in kind.judged_by}
     for state, part in sorted(loads.items(), key=lambda each: -each[1]):
-        verdicts = list(_change_to(design, state, part * required))
+        verdicts = list(_weak_change_findings(design, state, part * required))
         yield from verdicts
         if any(isinstance(verdict, Violation) for verdict in verdicts):
             return
 
 
-def _change_to(design: Design, state: str, required: float) -> Iterator[Verdict]:
+def _weak_change_findings(design: Design, state: str, required: float) -> Iterator[Verdict]:
     """Yield a finding if a coil's reading changes too little from rest to the state `state`.
 
     The limits are `FEWEST_STEPS` and `LEAST_SHARE`. `required` is the required force (N) in this state.
@@ -155,7 +155,7 @@ def _change_to(design: Design, state: str, required: float) -> Iterator[Verdict]
         return
     worst = min(deaf, key=lambda response: response.steps)
     beside, untold = best.steps >= FEWEST_STEPS, _unmeasured_shear(design.spec.cell_placements, changes)
-    lost, is_nothing_felt = [response.coil for response in changes if response.is_lost], _is_lost(changes)
+    lost, is_nothing_felt = [response.coil for response in changes if response.is_lost], _are_all_lost(changes)
     is_needed = untold and design.spec.requirements.shear_force
     target = design.spec.target
     assert target is not None
@@ -163,22 +163,22 @@ def _change_to(design: Design, state: str, required: float) -> Iterator[Verdict]
     outside = max(abs(places[r.coil][k]) - 0.5 * target.size[k] for r in deaf for k in (0, 1))
     details = (*["weak-best"] * beside, *["lost-coils"] * bool(lost), *["lost-shear"] * bool(lost and untold),
                *["weak-outside"] * (beside and outside > 0.0))
-    change = _more_change(design.spec.readout, design.estimates.readout.conversion, coils, target, worst.steps)
+    change = _larger_change_hint(design.spec.readout, design.estimates.readout.conversion, coils, target, worst.steps)
     yield violation_of(
         "nothing-felt" if is_nothing_felt else "weak-change", "target.size" if beside else "elastomer.thickness",
         worst.steps, max(FEWEST_STEPS, LEAST_SHARE * abs(best.change) / worst.step), "steps",
         hint=("reach-offset" if any(target.offset) else "reach-target") if beside else change.case,
         details=() if is_nothing_felt else details, fixes=_cover_all_coils(design.spec) if beside
-        else more_signal(design.spec),
+        else families_for_more_signal(design.spec),
         severity=Severity.ERROR if is_needed or is_nothing_felt else Severity.WARNING,
-        coils=[response.coil for response in deaf], force=required, state=state, changes=_changes(deaf),
+        coils=[response.coil for response in deaf], force=required, state=state, changes=_change_texts(deaf),
         fewest=FEWEST_STEPS, share=LEAST_SHARE, best=best.coil, best_change=best.change, best_steps=best.steps,
         lost=lost, untold=untold, outside=outside, size=target.size, sigmas=DETECTION_SIGMAS, noise=best.noise,
         rate=change.rate, devices=change.devices,
     )
 
 
-def _is_lost(changes: Sequence[SignalChange]) -> bool:
+def _are_all_lost(changes: Sequence[SignalChange]) -> bool:
     """Whether all coils' changes are too small to distinguish from noise."""
     return all(response.is_lost for response in changes)
 
@@ -212,18 +212,18 @@ def _signal_without_requirement(design: Design) -> Iterator[Verdict]:
     loaded = design.drawn(replace(design.spec, requirements=requirements))
     numbers = estimated(loaded.layout, is_solved=design.estimates.is_solved)
     changes = responses(numbers.coils, numbers.readout.conversion)
-    if changes and _is_lost(changes):
+    if changes and _are_all_lost(changes):
         best = max(changes, key=lambda response: response.steps)
         numbers, spec = design.estimates, design.spec
-        change = _more_change(spec.readout, numbers.readout.conversion, numbers.coils, spec.target, best.steps)
+        change = _larger_change_hint(spec.readout, numbers.readout.conversion, numbers.coils, spec.target, best.steps)
         yield violation_of(
             "nothing-felt", "elastomer.thickness", best.steps, FEWEST_STEPS, "steps", hint=change.case,
-            details=("full-load",), severity=Severity.ERROR, force=full, state=PRESSED, changes=_changes(changes),
+            details=("full-load",), severity=Severity.ERROR, force=full, state=PRESSED, changes=_change_texts(changes),
             sigmas=DETECTION_SIGMAS, noise=best.noise, strain=USUAL_STRAIN, rate=change.rate, devices=change.devices,
         )
 
 
-def _changes(deaf: Sequence[SignalChange]) -> list[str]:
+def _change_texts(deaf: Sequence[SignalChange]) -> list[str]:
     """Return a text for each change: the coil, the change in henries, and the change in converter steps."""
     return [f"{r.coil} {show(r.change, 'H', 3)} ({r.steps:.2g} steps of {show(r.step, 'H', 3)})" for r in deaf]
 
@@ -242,7 +242,7 @@ def _cover_all_coils(spec: SensorSpec) -> tuple[Family, ...]:
 
 
 @record
-class _MoreChange:
+class _LargerChangeHint:
     """Hint with ways to a larger change of inductance.
 
     ``case`` is the key of the hint in ``data/messages.csv``. ``rate`` is the proposed scan rate as text, and
@@ -254,10 +254,10 @@ class _MoreChange:
     devices: tuple[str, ...] = ()
 
 
-def _more_change(
+def _larger_change_hint(
     readout: ReadoutSpec, conversion: Conversion | None, coils: Sequence[CoilEstimate], target: Target | None,
     steps: float,
-) -> _MoreChange:
+) -> _LargerChangeHint:
     """Return the hint on how to make the change larger or the converter's step finer.
 
     `steps` is the present change in converter steps. Longer conversions are advised only if the result has enough bits
@@ -265,14 +265,14 @@ def _more_change(
     """
     device, states = readout.device, [state.frequency for coil in coils for state in coil.states.values()]
     if target is not None and any(target.offset):
-        return _MoreChange("change-offset")
+        return _LargerChangeHint("change-offset")
     if conversion is not None and any(map(conversion.rounding, states)):
         converters = map(presets.converter, presets.names("converter"))
-        return _MoreChange("change-bits", devices=tuple(
+        return _LargerChangeHint("change-bits", devices=tuple(
             o.name for o in converters
             if o.law is device.law and o.bits > device.bits and o.channels >= device.channels))
     rate = _slower_scan_rate(conversion, readout, len(coils), steps)
-    return _MoreChange("change-scans") if rate is None else _MoreChange("change-rate", f"{rate:g} Hz")
+    return _LargerChangeHint("change-scans") if rate is None else _LargerChangeHint("change-rate", f"{rate:g} Hz")
 
 
 def _slower_scan_rate(
@@ -298,7 +298,7 @@ def small_signal(design: Design) -> Iterator[Verdict]:
     compensated for temperature. For a sensor with cells, the cell with the smallest signal is checked.
     """
     coil_signals = design.estimates.signals
-    yield from failed_states(design.estimates.coils, "signal over the required force")
+    yield from failed_state_reasons(design.estimates.coils, "signal over the required force")
     if not coil_signals:
         yield not_checked("no-change", state=PRESSED)
         return
@@ -318,17 +318,18 @@ def small_signal(design: Design) -> Iterator[Verdict]:
     compensating = (partial(temperature_sensors, spec),) if is_enough else ()
     yield violation_of(
         "small-signal-cell" if len(cells) > 1 else "small-signal", "elastomer.thickness", share, least.value,
-        source=least.source, fixes=(*more_signal(spec), *compensating),
+        source=least.source, fixes=(*families_for_more_signal(spec), *compensating),
         details=(*["small-signal"] * (len(cells) > 1), *["small-signal-steps"] * bool(best.steps),
                  *["small-signal-loss"] * best.has_loss_in_it),
         cell=number, coil=best.coil, force=best.force, inductance=best.by_inductance, per_newton=best.per_newton,
         frequency=best.frequency_share, drift=drift, scale=drift / share if share else math.inf,
         steps=best.steps or 0.0, hint="small-signal",
-        ways=_more_signal(spec.target, spec.array.placements, max(spec.coil.size), cut_to_target(spec), has_metal),
+        ways=_more_signal_texts(spec.target, spec.array.placements, max(spec.coil.size), pad_cut_to_target(spec),
+                                has_metal),
     )
 
 
-def _more_signal(
+def _more_signal_texts(
     target: Target | None, placements: tuple[CoilPlacement, ...], length: float, narrower: Fix | None, has_metal: bool
 ) -> list[str]:
     """Return texts of advice for a larger change over the force. Advice that the spec has no room for is left out.
@@ -455,7 +456,7 @@ def _nearer_edges(spec: SensorSpec) -> tuple[Family, ...]:
 
 
 @record
-class _Edges:
+class _EdgeHint:
     """Hint on the place to which the target's edges must move.
 
     ``case`` is the key of the hint in ``data/messages.csv``, and ``details`` are the keys of its details. ``apart`` is
@@ -469,16 +470,16 @@ class _Edges:
     beyond: float = 0.0
 
 
-def _edge_hint(target: Target, axis: int, apart: float, side: float) -> _Edges:
+def _edge_hint(target: Target, axis: int, apart: float, side: float) -> _EdgeHint:
     """Return the hint on the place to which the target's edges must move, for a larger signal by shear along `axis`.
 
     `apart` is twice the largest distance (m) of a coil's centre from the target's middle along the axis. `side` is the
     shorter side (m) of a coil.
     """
     if abs(math.sin(target.rotation)) > 1e-9 and not target.outline.is_disc:
-        return _Edges("edges-rotated")
+        return _EdgeHint("edges-rotated")
     beyond = 0.5 * (target.size[axis] - apart)
-    return _Edges("edges", ("edges", *["edges-beyond"] * (beyond > 0.25 * side)), apart, beyond)
+    return _EdgeHint("edges", ("edges", *["edges-beyond"] * (beyond > 0.25 * side)), apart, beyond)
 
 
 DEGREE = math.radians(1.0)

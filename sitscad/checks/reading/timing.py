@@ -10,8 +10,8 @@ from itertools import combinations
 from sitscad.basics.finding import Severity
 from sitscad.basics.units import show
 from sitscad.checks.fixes.moves import reread_changes, with_scan_rate
-from sitscad.checks.fixes.search import setting
-from sitscad.checks.reading.readings import worst_of
+from sitscad.checks.fixes.search import with_value
+from sitscad.checks.reading.readings import worst_reading
 from sitscad.checks.rules import Rule, Verdict, constant_limits, not_checked, rule_of, violation_of
 from sitscad.estimates.design import Design
 from sitscad.spec import presets
@@ -34,7 +34,7 @@ cause differences of about this size.
 def input_frequency(design: Design) -> Iterator[Verdict]:
     """Yield a finding if the converter, as configured, cannot count the fastest tank correctly."""
     readout = design.estimates.readout
-    worst, conversion = worst_of(design.estimates.all_coils, "frequency", max), readout.conversion
+    worst, conversion = worst_reading(design.estimates.all_coils, "frequency", max), readout.conversion
     if worst is None or conversion is None:
         yield not_checked("no-estimate", quantity="sensor frequency")
     elif worst.value >= conversion.highest_frequency:
@@ -189,7 +189,7 @@ def clock(design: Design) -> Iterator[Verdict]:
     value = design.spec.readout.clock
     low, high = design.spec.readout.device.limit("clock_min"), design.spec.readout.device.limit("clock_max")
     if not low <= value <= high:
-        fastest = setting(design.spec, "readout.clock", high, show(high, "Hz", 6))
+        fastest = with_value(design.spec, "readout.clock", high, show(high, "Hz", 6))
         yield violation_of(
             "clock-range", "readout.clock", value, low if value < low else high, "Hz", low=low, high=high,
             clock=show(high, "Hz", 6), fixes=(lambda: [fastest],),

@@ -21,7 +21,7 @@ from sitscad.basics.finding import Finding, Severity
 from sitscad.basics.quantities import Table
 from sitscad.basics.record import record
 from sitscad.basics.units import DASH, count_text, quantity, show
-from sitscad.checks.findings import CheckedSpec, by_severity, excerpt, measures, numbered_places
+from sitscad.checks.findings import CheckedSpec, excerpt, measures, numbered_places, sorted_by_severity
 from sitscad.estimates.circuits.settings import bare_board_code
 from sitscad.estimates.coil_estimates import CoilEstimate, ReadoutEstimate
 from sitscad.files.drawing.sheet import Pen, Sheet
@@ -178,7 +178,7 @@ SMALL_SIGNAL = "small-signal"  # Rule whose warning is stated in the verdict
 def _head_html(checked: CheckedSpec, spec: SensorSpec, signals: Sequence[Signal], failed: str) -> str:
     """Return the top of the page: name, verdict and signal. `failed` is the banner of a design with errors."""
     counts = [count_text(checked.count(severity), severity.value) for severity in ORDER if checked.count(severity)]
-    headline = "; ".join(measures.headline(signals))
+    headline = "; ".join(measures.signal_lines(signals))
     coil = spec.coil
     each = "each of " if len(coil.layers) > 1 and not coil.has_unequal_turns else ""
     turns = f"{coil.turns_in_words} turns on {each}{count_text(len(coil.layers), 'layer')}"
@@ -252,7 +252,8 @@ def _incomplete_banner(incomplete: str | None) -> str:
 def findings_html(checked: CheckedSpec) -> str:
     """Return all findings, most severe first, with place numbers as in the pictures, then ignored findings."""
     places = {id(finding): number for number, finding in numbered_places(checked.findings)}
-    articles = (_finding_html(checked, finding, places.get(id(finding))) for finding in by_severity(checked.findings))
+    articles = (_finding_html(checked, finding, places.get(id(finding)))
+                for finding in sorted_by_severity(checked.findings))
     # findings that the user ignores, with the reasons
     rows = [[each.finding.rule, each.finding.whole_message, f"{each.reason} ({each.by})"] for each in checked.ignored]
     ignored = _table(["ignored", "what was found", "why it is ignored, and by what"], rows, "")
