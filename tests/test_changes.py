@@ -103,7 +103,7 @@ PROGRAM = '''
 import json, sys
 import sitscad
 from sitscad.checks.judging import apply_rules
-from sitscad.checks.reading.readings import readings_of
+from sitscad.checks.reading.readings import all_readings
 from sitscad.checks.reading.response import responses
 from sitscad.estimates.circuits.settings import bands
 from sitscad.estimates.design import Design
@@ -128,7 +128,8 @@ print(json.dumps({
     "estimate": design.estimates.as_json("changes.yaml"),
     "findings": [finding.rule for finding in result.findings],
     "judged": {
-        "tank": sorted({reading.state for reading in readings_of(design.estimates.coils, "parallel_resistance", True)}),
+        "tank": sorted({reading.state
+                        for reading in all_readings(design.estimates.coils, "parallel_resistance", True)}),
         "signal": {
             state: [one.steps
                     for one in responses(design.estimates.coils, design.estimates.readout.conversion, state)]
