@@ -242,7 +242,7 @@ class Counting:
 
 def test_workers_accept_any_executor(bench):
     executor = Counting()
-    with Workers(_base().of(bench.source), 2, executor) as workers:
+    with Workers(Base.from_source(bench.source), 2, executor) as workers:
         designs = [(("coil.turns", turns),) for turns in (10, 11, 12)]
         result = list(workers.evaluations(designs, ("board.area",), "screen"))
     assert len(result) == 3 and executor.chunks >= 2
