@@ -1,6 +1,6 @@
 """Layout of the board from a spec: coils, vias, leads, tail, contacts and outline.
 
-`Layout.shortfalls` lists each kind of room that is too small: the available and the needed size.
+`Layout.shortfalls` lists where room is lacking, with the available and the needed size.
 """
 
 from __future__ import annotations
@@ -106,10 +106,10 @@ def arrange(spec: SensorSpec, searches: SearchLimit | None = None) -> Layout:
 def sketch(spec: SensorSpec, wider: int = 0) -> Layout:
     """Return an approximate layout without routing, at a hundredth of the cost of `arrange`.
 
-    Coils are spirals within the chord tolerance `SKETCHED`. Leads and inner vias are not drawn; `Coil.undrawn` holds
-    the lengths of the missing leads. All windings lie about the origin, because the coils differ only in their
-    positions. The board has the smallest sufficient width. `wider` is the number of steps by which the board is wider.
-    Above 0, its leads have their widest spacing.
+    Coils are spirals of straight segments, with the tolerance `SKETCHED`. Leads and inner vias are not drawn;
+    `Coil.undrawn` holds the estimated lengths of the missing leads. All windings have the origin as centre, because the
+    coils differ only in their positions. If `wider` is 0, the board has the smallest sufficient width. Otherwise it is
+    wider by this number of steps, and its leads have their widest spacing.
     """
     if spec.coil.copper is not None:
         return replace(drawn_layout(_with_all_coils(spec), spec.coil.copper), spec=spec)
@@ -134,16 +134,18 @@ def sketch(spec: SensorSpec, wider: int = 0) -> Layout:
 
 
 def _goes_on(coil: CoilSpec, bus: Bus) -> tuple[float, float]:
-    """Return the turns by which a lead of a sketched coil runs around it, and the distance (m) from its centre.
+    """Return the turns of a sketched coil's lead around the coil, and the lead's distance (m) from the coil's centre.
 
-    Both ends of the coil must come together, by the shorter way around it.
+    The lead runs around the coil, the shorter way, so that both ends of the coil come together.
     """
     turns = -(math.fsum(coil.layer_turns) % 1.0)
     return turns + (turns <= -0.5 + 1e-9), 0.5 * max(coil.size) + bus.ring_offset
 
 
 FRONTMOST, ROUND, ROUND_FREE = 2e-3, 0.8, 0.3
-"""Lengths of the undrawn leads in a sketch, within 2 mm of the drawn templates (tests/validation/screen_level.py).
+"""Constants of the estimated lead lengths in a sketch.
+
+The estimates differ by at most 2 mm from the drawn leads of the templates (tests/validation/screen_level.py).
 
 `FRONTMOST` (m) is the lead length of the coil next to the tail, if the coils lie in line. Leads of other coils are
 longer than the distance from the coil's middle to the body's end. This excess length, divided by the coil's size along
@@ -192,8 +194,7 @@ class _Attempt:
 def _attempt(artwork: ArtworkSpec, searches: SearchLimit) -> _Attempt:
     """Lay out coils, leads, tail and body with the widest gap between leads for which the board has room.
 
-    If no gap above the fabricator's minimum has room, the minimum is used, and shortfalls list the room that is
-    missing.
+    If no gap above the fabricator's minimum fits, the minimum is used. The shortfalls then list the missing room.
     """
     windings = wind_all(artwork)
     *wider, least = lead_spacings(artwork.coil.trace_spacing, artwork.fpc.rules.trace_spacing)
@@ -213,7 +214,7 @@ def _attempt(artwork: ArtworkSpec, searches: SearchLimit) -> _Attempt:
 
 
 WIDE_TRIALS = 1_500
-"""Largest number of search trials for each gap between leads above the fabricator's minimum."""
+"""Largest number of search trials for each tried gap between leads that exceeds the fabricator's minimum."""
 
 UNSEEN = 0.1
 """Excess of a lead gap over the fabricator's minimum gap, divided by the outline tolerance.
@@ -278,7 +279,7 @@ def _spaced(artwork: ArtworkSpec, windings: tuple[WoundCoil, ...], bus: Bus, sea
 def _unrouted(
     artwork: ArtworkSpec, bus: Bus, windings: tuple[WoundCoil, ...], shortfalls: tuple[Shortfall, ...], breadth: Breadth
 ) -> _Attempt:
-    """Return the attempt without leads: tail and body for a board with given y limits (`breadth`)."""
+    """Return an attempt without leads: tail and body of a board with the y range `breadth`."""
     start = far_end(artwork.array.placements, artwork.coil, artwork.fpc.rules.copper_to_edge, (), ())
     tail = reaching_ahead(artwork, start, body_frame(artwork, bus, front_of(artwork, bus), breadth))
     return _Attempt(windings, None, bus, tail, body_of(artwork, start, breadth, tail), shortfalls)
@@ -397,10 +398,10 @@ def _copper_points(traces: tuple[Trace, ...], vias: tuple[Via, ...], before: flo
 def _series(
     fpc: FpcSpec, width: float, net: str, coil: WoundCoil, way: Escape | None, ends: tuple[Run, Run] | None
 ) -> tuple[Trace | Via, ...]:
-    """Return all conductors of a coil in the order of the current, from contact A to contact B.
+    """Return all tracks and vias of a coil's circuit in the order of the current, from contact A to contact B.
 
-    `width` (m) is the width of the coil's tracks. `way` holds the two leads in the body, and `ends` their conductors in
-    the tail. Both are None if the coil has no leads.
+    `width` (m) is the width of the coil's tracks. `way` holds the two leads in the body, and `ends` their continuations
+    in the tail. Both are None if the coil has no leads.
     """
     # holes of a tail of fewer layers than the body has end with these
     lowest = fpc.tail_copper if fpc.tail_copper < len(fpc.stackup.copper) else None
@@ -439,9 +440,10 @@ def _series(
 def _mapped(
     layout: Layout, path: Callable[[Path], Path], place: Callable[[Point], Point], is_across: bool = False
 ) -> Layout:
-    """Move all drawn pieces except the windings by the maps `path` and `place` (for points).
+    """Return the layout with all pieces moved, except the windings.
 
-    `is_across` exchanges length and width of moved contacts, for a tail that ends at a right angle to its beginning.
+    The function `path` moves a path, and `place` a point. If the tail ends at a right angle to its beginning,
+    `is_across` is True: length and width of the moved contacts are then exchanged.
     """
 
     def piece(item: Trace | Via) -> Trace | Via:
@@ -498,7 +500,7 @@ def _axis_height(array: ArraySpec) -> float:
 
 
 def _placed(layout: Layout, spec: SensorSpec) -> Layout:
-    """Move a layout of `_about_axis(spec)` to the coil positions of the spec."""
+    """Return the layout of `_about_axis(spec)`, moved to the coil positions of the spec."""
     if not (height := _axis_height(spec.array)):
         return layout
     placements = {placement.name: placement for placement in spec.array.placements}

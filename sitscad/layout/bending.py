@@ -41,11 +41,11 @@ class FinishedThickness:
 def finished_thickness(layout: Layout, where: Where) -> FinishedThickness:
     """Return the thickness of the finished board in a region: the sum of its layers and the fabricator's tolerance.
 
-    At the coils, all layers are added. In the tail, these are the layers down to its last copper layer, and the bottom
-    coverlay. At the contacts, these are `contact_layers` and the stiffener. The fabricator states one tolerance for the
-    whole board. With a stiffener, it depends on the stiffener's material, and the largest is used for materials that
-    are not listed. Without a stiffener, it depends on the number of copper layers; the largest listed number is used
-    for larger numbers.
+    The region at the coils has all layers. The region of the tail has the layers down to the tail's last copper layer,
+    and the bottom coverlay. The region at the contacts has the layers `contact_layers` and the stiffener. The
+    tolerance with a stiffener depends on its material; for unlisted materials, the largest listed tolerance is used.
+    The tolerance without a stiffener depends on the number of copper layers. For larger numbers than listed, the entry
+    of the largest listed number is used.
     """
     rules, plate = layout.spec.fpc.rules, layout.stiffener if where is Where.CONTACT else None
     layers = layout.spec.fpc.stackup.layers if where is Where.COIL else layout.spec.fpc.tail_layers
@@ -64,7 +64,7 @@ def finished_thickness(layout: Layout, where: Where) -> FinishedThickness:
 
 
 def contact_copper(layout: Layout) -> frozenset[int]:
-    """Return the numbers of the copper layers with copper above or below the bare part of a contact.
+    """Return the numbers of the copper layers that have copper at the bare part of a contact, on it or below it.
 
     Only layer 1 if there are no contacts.
     """
@@ -214,7 +214,7 @@ class Bend:
 
     @property
     def angle_text(self) -> str:
-        """Angle as text. An angle caused by the mount is rounded to whole degrees."""
+        """Text of the angle. If the mount causes the bend, the angle is rounded to whole degrees."""
         degrees = math.degrees(self.angle)
         return f"about {degrees:.0f} deg" if self.why else f"{degrees:.4g} deg"
 
@@ -280,7 +280,7 @@ def unfit_for_bending(
 
 
 def _askew(in_bend_zone: tuple[tuple[Trace, Segment], ...], zone: tuple[float, float]) -> Iterator[Unfit]:
-    """Yield the ranges in the zone (x from and to, m) in which a track is not parallel to the tail."""
+    """Yield the ranges in which a track is not parallel to the tail. `zone` is the bend zone (x from and to, m)."""
     for trace, segment in in_bend_zone:
         x0, y0, x1, _ = segment.box
         if x0 < zone[1] - _ROUNDING and x1 > zone[0] + _ROUNDING and _angle(segment) > STRAIGHT:
@@ -288,7 +288,7 @@ def _askew(in_bend_zone: tuple[tuple[Trace, Segment], ...], zone: tuple[float, f
 
 
 def _steps(traces: tuple[Trace, ...], zone: tuple[float, float]) -> Iterator[Unfit]:
-    """Yield the places in the zone (x from and to, m) at which a track's width changes."""
+    """Yield the places at which a track's width changes. `zone` is the bend zone (x from and to, m)."""
     widths: dict[tuple[int, int, int], float] = {}
     for trace in traces:
         for end in (trace.path.start, trace.path.end):

@@ -67,8 +67,9 @@ class Trace:
 class Via:
     """A plated hole with equal round pads on all copper layers that it passes.
 
-    `drill` is the diameter (m) of the hole, and `pad` the diameter (m) of its pads. `lowest` is the last copper layer
-    that a hole in a tail of fewer layers passes, counted from the top. None if the hole passes all layers.
+    `drill` is the diameter (m) of the hole, and `pad` the diameter (m) of its pads. A hole in a tail with fewer layers
+    than the body does not pass all layers: `lowest` is the last layer that it passes, from 1 at the top. None if the
+    hole passes all layers.
     """
 
     centre: Point
@@ -200,10 +201,10 @@ class Winding:
 
 @record
 class LeadPair:
-    """Both leads of a coil along a stretch that is not drawn.
+    """A part of both leads of a coil that a sketch does not draw.
 
-    `length` is the stretch's length (m), and `width` the leads' track width (m). `layers` are the copper layers of the
-    two leads, the upper layer first. `apart` (m) is the centre distance of leads that lie side by side on one layer.
+    `length` (m) is its length, and `width` (m) the leads' track width. `layers` are the copper layers of the two leads,
+    the upper layer first. If both leads lie side by side on one layer, `apart` (m) is their centre distance.
     """
 
     length: float
@@ -245,8 +246,8 @@ class Coil:
 class Stiffener:
     """A plate bonded to the bottom face: outline, and total thickness (m) with adhesive.
 
-    `adhesive` (m) is the thickness of the adhesive on the stock film that has about the needed thickness. It is 0, for
-    unknown, if there is no such stock film.
+    `adhesive` (m) is the thickness of the adhesive on the stock film from which the stiffener is made. It is 0 if no
+    stock film has about the needed thickness.
     """
 
     outline: Region
@@ -259,9 +260,9 @@ class Stiffener:
 class Layout:
     """The complete layout.
 
-    `coils` has the reference coil last, if there is one. `shortfalls` lists the pieces without room, which are missing.
-    `tail_length` (m) is the length of the tail as laid out, from the body's end along its middle line. It is at least
-    the length in the spec.
+    `coils` has the reference coil last, if there is one. `shortfalls` lists where room is lacking; the pieces without
+    room are missing from the layout. `tail_length` (m) is the length of the tail along its middle line, from the body's
+    end. It is at least the length in the spec.
     """
 
     spec: SensorSpec
@@ -429,7 +430,7 @@ class Layout:
         return tuple(trace for trace in self.traces if trace.layer == number)
 
     def lowest_layer(self, via: Via) -> int:
-        """Return the last copper layer, counted from the top, that a hole passes."""
+        """Return the number of the last copper layer that a hole passes, from 1 at the top."""
         return self.copper_layers if via.lowest is None else via.lowest
 
     def vias_on(self, number: int) -> tuple[Via, ...]:
@@ -487,7 +488,7 @@ def _outlines(vias: Iterable[Via], contacts: Iterable[Pad], trace: Trace, leg: S
 
 @record
 class _Try:
-    """A teardrop outline to be checked.
+    """A proposed teardrop, before its clearances are checked.
 
     `track` is the index of the track in the layout. `at_start` is True if the teardrop is at the track's first point.
     `leg` is the track's segment at the teardrop, directed away from the via or contact.
@@ -546,10 +547,10 @@ class _CopperAround:
         return [k not in short for k in range(len(tries))]
 
     def _farther_on(self, tries: Sequence[_Try], numbers: Index, pieces: Index) -> tuple[Array, Array]:
-        """Return start and end of the part of each piece that is checked, as fractions of the piece's length.
+        """Return start and end of the part of each copper piece that is compared with a teardrop.
 
-        `numbers` are indices into `tries`, and `pieces` are indices of copper pieces: one pair per element. On the
-        teardrop's own track, the part next to the teardrop is not checked.
+        Both are fractions of the piece's length. Each element of `numbers` (index into `tries`) and `pieces` (index of
+        a copper piece) is one pair. On the teardrop's own track, the part next to the teardrop is not compared.
         """
         first, last = np.zeros(len(pieces)), np.ones(len(pieces))
         for at, (k, piece) in enumerate(zip(numbers.tolist(), pieces.tolist(), strict=True)):

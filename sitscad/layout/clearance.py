@@ -26,10 +26,10 @@ SLACK = 1e-9
 """Rounding error (m) by which a distance may be smaller than the required clearance."""
 
 ALONG = 1.0 / math.sin(math.pi / 8.0)
-"""Limit for the distance along one conductor between two of its pieces, divided by their needed centre distance.
+"""Largest distance along one conductor at which two of its pieces need no clearance, divided by their clearance.
 
-Below it, the two pieces are joined by a bend and need no clearance. Above it, they need the clearance. Two tracks that
-meet at 45 degrees or more are then never compared.
+The clearance is here the needed distance between their centre lines. Pieces within this limit are joined by a bend.
+Two tracks that meet at 45 degrees or more are then never compared.
 """
 
 
@@ -54,7 +54,7 @@ class Breadth:
         return max(-self.low, self.high)
 
     def holds(self, low: float, high: float, keep: float) -> bool:
-        """Whether a piece between y = `low` and y = `high` is at least `keep` from both edges (all in m)."""
+        """Whether a piece from y = `low` to y = `high` keeps the distance `keep` from both edges (all in m)."""
         return low >= self.low + keep and high <= self.high - keep
 
 
@@ -81,7 +81,7 @@ class TrackToPlace:
 
     @cached_property
     def copper(self) -> CopperBoxes:
-        """The track as a table of segments. It is cached, because a candidate is compared with many obstacles."""
+        """The track as a table of segments, cached because a track is compared with many obstacles."""
         return CopperBoxes.of([self])
 
 
@@ -226,10 +226,10 @@ def _meetings(copper: CopperBoxes, centres: Array, keep: Array) -> Index:
 
 
 def off_stretch(x: Array, y: Array, dx: Array, dy: Array) -> Array:
-    """Return the distances (m) of points from straight segments.
+    """Return the distances (m) of points from straight segments. Arrays are broadcast.
 
-    Points (x, y) are relative to the start of each segment, and (dx, dy) is the vector to its end. Arrays are
-    broadcast. The distance of a nan point is nan.
+    (x, y) is the position of a point relative to the start of the segment, and (dx, dy) the vector from this start to
+    the segment's end (all in m). The distance of a nan point is nan.
     """
     share = (x * dx + y * dy) / np.maximum(dx * dx + dy * dy, 1e-30)
     np.minimum(np.maximum(share, 0.0, out=share), 1.0, out=share)

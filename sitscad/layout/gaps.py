@@ -33,9 +33,10 @@ ROUNDING = 1e-9
 """Difference (m) below which two lengths count as equal."""
 
 DETOUR = 1.5
-"""Least ratio of the distance along the conductor to the direct distance at which two pieces count as a turn back.
+"""Smallest ratio, for two pieces of one conductor between which it turns back.
 
-The ratio is 1.41 for a right angle and 1.57 for a half circle.
+The ratio is the distance along the conductor divided by the direct distance. It is 1.41 for a right angle and 1.57 for
+a half circle.
 """
 
 _SPLITS = 4
@@ -49,8 +50,8 @@ class Copper:
 
     `half` (m) is half the piece's width, and `chain` the number of its conductor. `first` and `last` (m) are the
     positions of its ends along this conductor. `item` is the index into `items` of the track, via, pad or teardrop with
-    this piece. `reach` (m) is added to the distance along the conductor within which copper counts as joined. It is
-    half the diagonal of a contact, and 0 for tracks.
+    this piece. Copper of one conductor counts as joined up to a certain distance along it, to which `reach` (m) is
+    added. It is half the diagonal of a contact, and 0 for tracks.
     """
 
     layer: Index
@@ -66,10 +67,11 @@ class Copper:
 
 @record
 class Nearness:
-    """A narrow place between two pieces of copper, whose gap is compared with the minimum gap `asked` (m).
+    """A narrow place between two pieces of copper on copper layer `layer`.
 
-    `one` and `other` are the two items, on copper layer `layer`. `distance` (m) is the distance of their centre lines,
-    and `half_one` and `half_other` (m) are half their widths. `x` and `y` (m) give the position.
+    `one` and `other` are the two tracks, vias, pads or teardrops. `distance` (m) is the distance of their centre lines,
+    and `half_one` and `half_other` (m) are half their widths. `x` and `y` (m) give the position. `asked` (m) is the
+    minimum gap with which the gap is compared.
     """
 
     one: Item

@@ -1,9 +1,10 @@
 """Paths of leads outside a coil: around the coil, and then along the jaw past the other coils into the tail.
 
-The ring road is the closed track next outside a coil, for its leads and the stubs of its outer vias. A lane is the
-straight path, parallel to the tail's axis, of one coil's pair of leads. The leads of the coil next to the tail run
-straight to it. The other pairs pass this coil alternately above and below. Coils nearer to the tail use the inner
-lanes, so that pairs never cross. A pair runs on two copper layers, or side by side if the tail has only one layer.
+The lead ring is the closed path around a coil, next to its outermost turn, along which leads can run. Short tracks of
+the outer vias also use it. A pair is the two leads of a coil. A lane is the straight path of a pair, parallel to the
+tail's axis. The pair of the coil next to the tail runs straight to the tail. The other pairs pass this coil alternately
+above and below. Coils nearer to the tail use the inner lanes, so that pairs never cross. A pair runs on two copper
+layers, or side by side if the tail has only one layer.
 """
 
 from __future__ import annotations
@@ -22,10 +23,10 @@ from sitscad.spec.sensor import ArtworkSpec
 
 @record
 class Ring:
-    """The closed curve around a coil at the distance `offset` (m) from its copper.
+    """The closed curve around a coil at the distance `offset` (m) from its copper, for example its lead ring.
 
-    A point of the curve is given by its angle (rad) about the coil's centre. `usual` is the coil of the array. The
-    curve is around the placement's own coil if it has one.
+    A point of the curve is given by its angle (rad) about the coil's centre. `usual` is the coil of the array. It is
+    replaced by the coil in the placement if the placement has one.
     """
 
     usual: CoilSpec
@@ -44,7 +45,7 @@ class Ring:
 
     @cached_property
     def boundary(self) -> Path:
-        """The curve of a coil that lies at the origin without rotation."""
+        """The curve, for a coil at the origin without rotation."""
         return self.coil.outline.boundary(self.coil.size, self.offset)
 
     @cached_property
@@ -106,7 +107,7 @@ class Ring:
         return False
 
     def along(self, start: float, end: float, ccw: bool) -> Path:
-        """Return the path along the curve between two angles (rad), counter-clockwise if `ccw`, else clockwise."""
+        """Return the path along the curve from angle `start` to angle `end` (rad), clockwise unless `ccw` is True."""
         sweep = (end - start) % TWO_PI if ccw else -((start - end) % TWO_PI)
         if abs(sweep) < 1e-9 or TWO_PI - abs(sweep) < 1e-9:
             return Path(())
@@ -123,7 +124,7 @@ class Ring:
 
 
 def _ray_length(segment: Segment, ux: float, uy: float) -> float:
-    """Return the distance from the origin at which a ray in direction (ux, uy) meets a straight side.
+    """Return the distance (m) from the origin at which a ray with the unit vector (ux, uy) meets a straight side.
 
     0 if the ray does not meet the side.
     """
@@ -145,7 +146,7 @@ With this ratio, the tracks have equal distances before, between and after their
 PAIR_EXIT_ANGLES = (-15, 15, -30, 30, 45)
 """Angles (degrees) from the ring's corner at which a pair of leads may leave the ring, in the order of trial.
 
-Positive angles are away from the tail. They are tried if the pair cannot leave at the corner itself.
+Positive angles are away from the tail. These angles are tried if the pair cannot leave at the corner itself.
 """
 
 
@@ -153,8 +154,8 @@ Positive angles are away from the tail. They are tried if the pair cannot leave 
 class Exit:
     """Start of one lead, on copper layer `layer`.
 
-    The lead first follows the ring track around the coil. `angle` (rad) is the angle about the coil at which it leaves
-    the ring. `way` lists the corner points from there to the taper in front of the tail.
+    The lead first follows the lead ring around the coil. At `angle` (rad, about the coil's centre) it leaves the ring.
+    `way` lists the corner points from there to the taper in front of the tail.
     """
 
     angle: float
@@ -165,12 +166,12 @@ class Exit:
 BENT_BACK = math.sin(math.radians(22.5))
 """Sine of the largest angle by which a lead may turn beyond a right angle: 22.5 degrees.
 
-It limits turns of leads under the coil's turns and at the place where leads leave the ring road.
+It limits turns of leads under the coil's turns and at the place where leads leave the lead ring.
 """
 
 
 def straightness(before: Point, corner: Point, after: Point) -> float:
-    """Return the cosine of the angle by which a path changes its direction at a corner."""
+    """Return the cosine of the change of direction of a path at a corner. 1 means straight on, -1 straight back."""
     ahead, onward = (corner.x - before.x, corner.y - before.y), (after.x - corner.x, after.y - corner.y)
     return (ahead[0] * onward[0] + ahead[1] * onward[1]) / max(math.hypot(*ahead) * math.hypot(*onward), 1e-30)
 
@@ -180,8 +181,8 @@ class Bus:
     """Dimensions common to all leads.
 
     `width` (m) is the width of the tracks, and `spacing` (m) the gap between them. `layers` are the copper layers of
-    the two leads of a pair. `coils` is the extent of the coils' copper across the jaw. Between the coils and the
-    innermost lane lie the ring road and an additional distance `base` (m), which leaves room for tracks or vias.
+    the two leads of a pair. `coils` is the y range of the coils' copper. Between the coils and the innermost lane lie
+    the lead ring and an additional distance `base` (m), which leaves room for tracks or vias.
     """
 
     width: float
@@ -197,7 +198,7 @@ class Bus:
 
     @property
     def ring_offset(self) -> float:
-        """Distance (m) from a coil's copper edge to the centre line of the ring road."""
+        """Distance (m) from a coil's copper edge to the centre line of the lead ring."""
         return self.spacing + self.width / 2
 
     @property
@@ -215,8 +216,8 @@ class Bus:
 class Lane:
     """Straight path of one coil's pair of leads past the other coils and into the tail.
 
-    `side` is +1 above the coils, -1 below, and 0 for the coil next to the tail. `index` counts lanes outwards from the
-    coils. `rank` counts pairs in the tail from the top.
+    `side` is +1 above the coils, -1 below, and 0 for the coil next to the tail. `index` counts the lanes of one side
+    outwards from the coils. `rank` is the position of the pair in the tail, counted from the top.
     """
 
     placement: CoilPlacement
@@ -246,7 +247,7 @@ def lead_spacings(trace_spacing: float, least: float) -> tuple[float, ...]:
 def bus_for(artwork: ArtworkSpec, spacing: float | None = None) -> Bus:
     """Return the dimensions of leads with the coils' track width and a gap `spacing` (m), on the two top layers.
 
-    With a tail of one layer, both leads are on this layer. If `spacing` is None, it is the fabricator's minimum.
+    If the tail has only one layer, both leads are on this layer. A `spacing` of None means the fabricator's minimum.
     """
     second = min(artwork.fpc.tail_copper, 2)
     breadth = coils_breadth(artwork.array.placements, artwork.coil)
@@ -262,8 +263,8 @@ def coils_breadth(placements: tuple[CoilPlacement, ...], coil: CoilSpec) -> Brea
 def assign_lanes(placements: tuple[CoilPlacement, ...], first_side: int) -> tuple[Lane, ...]:
     """Return a lane for each coil, in the order of the placements.
 
-    The coil next to the tail has none (side 0). The next coil uses the inner lane on `first_side` (+1 above, -1 below),
-    the following coil the other side, and so on.
+    The leads of the coil next to the tail pass no other coil, so their lane has side 0. The next coil uses the inner
+    lane on `first_side` (+1 above, -1 below). Further coils use the two sides alternately, and lanes farther out.
     """
     near_first = sorted(range(len(placements)), key=lambda i: -placements[i].centre[0])
     lane_of = {near_first[0]: (0, 0)}
@@ -274,13 +275,12 @@ def assign_lanes(placements: tuple[CoilPlacement, ...], first_side: int) -> tupl
 
 
 def rows_of_lanes(placements: tuple[CoilPlacement, ...]) -> list[tuple[Lane, ...]]:
-    """Return the lanes of coils in several rows: one tuple for each order of the pairs in the tail.
+    """Return the lanes of coils in several rows: one tuple for each possible order of the pairs in the tail.
 
-    Orders are listed in the order of trial.
-
-    In the first orders, the leads of a row's far coils pass outside its near coils, or between the rows. In further
-    orders, a middle row passes all others on one side. If all coils have different heights, two orders come first: as
-    seen from the tail, and as for coils in line.
+    The orders are listed in the order of trial. If the y positions of all coils differ, two orders come first. They are
+    the order in which the coils appear from the tail, and the order for coils in line. In the next orders, the leads of
+    a row's far coils pass outside the row's near coils, or between the rows. In the last orders, the leads of a middle
+    row pass all others on one side.
     """
     middle = sum(p.centre[1] for p in placements) / len(placements)
     far_first = sorted(placements, key=lambda p: (-round(p.centre[1], 7), p.centre[0]))
@@ -315,11 +315,12 @@ def lane_height(bus: Bus, index: int, track: int = 0) -> float:
 
 
 def exits(coil: CoilSpec, bus: Bus, lane: Lane, funnel_x: float, turned: bool = False) -> list[tuple[Exit, Exit]]:
-    """Return candidate starts of the leads A and B of a coil, in the order of trial.
+    """Return candidate beginnings of the leads A and B of a coil, in the order of trial.
 
-    In a lane beside the coils, the leads leave the ring track at its corner. If `turned`, leads that lie above each
-    other leave it at `PAIR_EXIT_ANGLES` from the corner, for windings that end at the corner. `turned` has no effect on
-    leads side by side. `funnel_x` (m) is the x of the taper in front of the tail, where the paths end.
+    Leads with a lane beside the coils leave the lead ring at its corner. If `turned` is True, leads that lie above each
+    other leave it at the angles `PAIR_EXIT_ANGLES` from the corner instead. This serves windings that end at the
+    corner. Leads that lie side by side ignore `turned`. The paths end at x = `funnel_x` (m), at the taper in front of
+    the tail.
     """
     ring = Ring(coil, lane.placement, bus.ring_offset)
     coil = ring.coil
@@ -353,9 +354,9 @@ def exits(coil: CoilSpec, bus: Bus, lane: Lane, funnel_x: float, turned: bool = 
 
 
 def _forwards(coil: CoilSpec, ring: Ring, funnel_x: float) -> list[tuple[float, tuple[Point, ...]]]:
-    """Return candidate starts of leads for the coil next to the tail: (angle, corner points).
+    """Return candidate beginnings of leads for the coil next to the tail, as (angle, corner points).
 
-    The lead leaves the ring track around the coil at the angle (rad). The corner points lead from there to the taper in
+    The lead leaves the lead ring around the coil at the angle (rad). The corner points lead from there to the taper in
     front of the tail, at x = `funnel_x` (m).
     """
     paths: list[tuple[float, tuple[Point, ...]]] = []

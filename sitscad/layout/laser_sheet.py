@@ -182,7 +182,7 @@ class CutPart:
     boxes: tuple[Box, ...] = ()
 
     def contours(self, layer: CutLayer, grown: float, centre: Point) -> Iterator[Contour]:
-        """Yield the part's outline about a centre, enlarged by `grown` (m) on each side, and its holes."""
+        """Yield the part's outline, centred at `centre` and enlarged by `grown` (m) on each side, and its holes."""
         if not self.boxes:
             yield plate(layer, self.shape, (self.size[0] + 2 * grown, self.size[1] + 2 * grown), centre)
             return
@@ -325,7 +325,7 @@ def _sheet(part: CutPart, nest: Nest, gap: float, titles: tuple[str, ...], coils
 def _place(index: int, columns: int, step: tuple[float, ...]) -> tuple[float, float]:
     """Return the position (m) of copy number `index` (from 0) relative to the first copy.
 
-    Rows alternate in direction, so that the beam travels little.
+    Successive rows run in opposite directions, so that the laser beam travels less.
     """
     row, column = divmod(index, columns)
     return step[0] * (column if row % 2 == 0 else columns - 1 - column), step[1] * row

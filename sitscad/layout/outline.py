@@ -33,7 +33,7 @@ from sitscad.spec.sensor import ArtworkSpec
 _NEAR = 1e-9
 
 CHORD = 1e-6  # How far (m) chords of an outline lie from its arcs where points are held against it
-"""Largest distance (m) between an outline's arcs and their chords, if points are compared with the outline."""
+"""Largest distance (m) between an outline's arcs and the chords that replace them in comparisons with points."""
 
 
 @record
@@ -52,10 +52,10 @@ class Root:
 
 @lru_cache(maxsize=64)
 def root(edge: Path, side: int, half_width: float, radius: float) -> Root | None:
-    """Return the concave corner between the body's edge and one edge (`side` +1 above, -1 below) of a tail along y = 0.
+    """Return the rounded concave corner between the body's edge `edge` and one edge of a tail along y = 0.
 
-    `half_width` (m) is half the tail's width, and `radius` (m) the corner's radius. None if the tail's edge does not
-    meet the body.
+    `side` is +1 for the tail's upper edge and -1 for its lower edge. `half_width` (m) is half the tail's width, and
+    `radius` (m) the corner's radius. None if the tail's edge does not meet the body.
     """
     height = side * (half_width + radius)
     touching = [(x, k, foot) for k, segment in enumerate(edge) for x, foot in _contacts(segment, height, radius)]
@@ -146,10 +146,10 @@ def _along(segment: Segment, point: Point) -> float:
 
 
 def walls(artwork: ArtworkSpec, tail: TailFrame) -> tuple[TrackToPlace, ...]:
-    """Return the edge of the body as tracks on all layers, as obstacles for leads. Empty if the spec gives no outline.
+    """Return the body's edge as tracks on all layers, which leads must avoid. Empty if the spec states no outline.
 
-    The track width is twice the difference of copper-to-edge distance and track spacing. A lead that keeps the track
-    spacing to these tracks therefore keeps the fabricator's distance from the edge. The width may be negative.
+    The width of these tracks is twice the copper-to-edge distance minus twice the track spacing. A lead that keeps the
+    track spacing to them thus keeps the fabricator's distance from the edge. The width can be negative.
     """
     edge = artwork.body_outline
     if edge is None:
@@ -160,10 +160,10 @@ def walls(artwork: ArtworkSpec, tail: TailFrame) -> tuple[TrackToPlace, ...]:
 
 
 def lack(artwork: ArtworkSpec, tail: TailFrame | None) -> Shortfall | None:
-    """Return the largest known shortfall of room in a body whose outline is in the spec. None if there is none.
+    """Return the largest shortfall of room that is known before leads are laid out. None if there is none.
 
-    Two sizes are compared before leads are laid out: the tail's width with the body's, and each coil's distance from
-    the edge with the fabricator's minimum. `tail` is None for a board that the user drew.
+    It applies to a body whose outline is in the spec. The tail's width is compared with the body's width, and each
+    coil's distance from the edge with the fabricator's minimum. `tail` is None for a board that the user drew.
     """
     edge, clearance = artwork.body_outline, artwork.fpc.rules.copper_to_edge
     if edge is None:
@@ -244,7 +244,8 @@ def ends(artwork: ArtworkSpec, first: float, last: float) -> tuple[float, float]
     """Return the x range (m) of the body if coils and leads extend from `first` to `last` (m).
 
     The margin of the spec is added at both ends. Then one end is moved outwards until the mean of the coils' centres is
-    in the middle, but the body gets no longer than the jaw. An outline in the spec determines both ends instead.
+    in the middle. This stops when the body is as long as the jaw. If the spec states an outline, it determines both
+    ends instead.
     """
     if (box := artwork.body_box) is not None:
         return box[0], box[2]
@@ -255,7 +256,10 @@ def ends(artwork: ArtworkSpec, first: float, last: float) -> tuple[float, float]
 
 
 def body_breadth(artwork: ArtworkSpec, needed: Breadth) -> Breadth:
-    """Return the y range of the body if coils and leads extend over the range `needed`, with the steps of `ends`."""
+    """Return the y range of the body if coils and leads extend over the range `needed`.
+
+    Margin and centring are as in `ends`.
+    """
     if (box := artwork.body_box) is not None:
         return Breadth(box[1], box[3])
     margin, jaw = artwork.fpc.margin[1], artwork.jaw
@@ -264,7 +268,7 @@ def body_breadth(artwork: ArtworkSpec, needed: Breadth) -> Breadth:
 
 
 def _centred_range(middle: float, low: float, high: float, room: float) -> tuple[float, float]:
-    """Extend the range `low` to `high` on one side until its midpoint is `middle`, or until its length is `room`."""
+    """Return the range `low` to `high`, extended on one side until its midpoint is `middle` or its length is `room`."""
     lacks = (middle - low) - (high - middle)
     more = min(abs(lacks), max(0.0, room - (high - low)))
     return (low, high + more) if lacks > 0.0 else (low - more, high)
@@ -273,9 +277,11 @@ def _centred_range(middle: float, low: float, high: float, room: float) -> tuple
 def body_of(artwork: ArtworkSpec, first: float, needed: Breadth, tail: TailFrame) -> BodyExtent:
     """Return the size of the body if coils and leads begin at x = `first` (m) and need the y range `needed`.
 
-    If the tail is wider than this range, the body is made as wide as the tail in three cases. First, the concave corner
-    between tail and body and the far corner of the body do not both fit. Second, the body extends beyond the x at which
-    leads move outwards into the tail. Third, only one side of the body is narrower than the tail.
+    If the tail is wider than this range, the body is made as wide as the tail in any of these cases:
+
+    * The side is too short for both the concave corner at the tail and the body's far corner.
+    * The body extends beyond the x at which leads move outwards into the tail.
+    * Only one side of the body is narrower than the tail.
     """
     across = body_breadth(artwork, needed)
     low, high = across.low, across.high
@@ -298,8 +304,9 @@ def body_of(artwork: ArtworkSpec, first: float, needed: Breadth, tail: TailFrame
 def outline(body: BodyExtent, tail: TailFrame, copper: list[tuple[Point, float]], edge: float) -> Path:
     """Return the closed outline, counter-clockwise from the body's lower corner away from the tail.
 
-    `copper` lists (point, half width of the copper there in m). The radius of a body corner is limited, so that all
-    copper keeps the distance `edge` (m) from the outline. An outline in the spec stays unchanged.
+    `copper` lists points on the copper, each with half the width (m) of the copper there. The radii of the body's
+    corners are limited, so that all copper keeps the distance `edge` (m) from the outline. An outline that the spec
+    states is not changed.
     """
     if body.edge is not None:
         return board(body.edge, tail)

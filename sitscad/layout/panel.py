@@ -104,8 +104,7 @@ def bridges(layout: Layout, width: float | None = None) -> tuple[Bridge, ...]:
 
     One bridge is at the end of the tail on each side. The others are as far apart as possible. No bridge is at the
     contacts, beside the plugged part or in the bend zone, where its remnant would do harm. Bridges are on straight
-    edges unless these have too few places. If a small part has room for fewer wide bridges than `FEWEST_BRIDGES`, only
-    these are returned.
+    edges unless these have too few places. If fewer bridges than `FEWEST_BRIDGES` fit, only these are returned.
     """
     width = layout.spec.fpc.panel.bridge if width is None else width
     edge, least = layout.outline, 2.0 * width
@@ -146,9 +145,9 @@ def narrower_bridge(layout: Layout) -> float | None:
 
 
 def _places(outline: Path, width: float, is_fit: Callable[[Segment], bool], step: float) -> Iterator[_Place]:
-    """Yield possible bridges of `width` (m) on segments, at steps (m) along each.
+    """Yield possible bridges of `width` (m), at intervals of `step` (m) along each segment of the outline.
 
-    `is_fit` selects the permitted pieces.
+    `is_fit` returns whether a bridge may lie on a piece of a segment.
     """
     for index, segment in enumerate(outline):
         length = segment.length
@@ -161,7 +160,7 @@ def _places(outline: Path, width: float, is_fit: Callable[[Segment], bool], step
 
 
 def _is_free(plate: Box | None, bend_zone: tuple[float, float] | None, pads: tuple[Pad, ...], edge: Segment) -> bool:
-    """Whether a piece of the edge keeps the distance from contacts, stiffener and bend zone."""
+    """Whether a piece of the edge is far enough from contacts, stiffener and bend zone for a bridge."""
     at, keep = edge.at(0.5), FREE_OF_BRIDGES
     if bend_zone is not None and bend_zone[0] - keep < at.x < bend_zone[1] + keep:
         return False
@@ -257,9 +256,9 @@ def is_wanted(size: tuple[float, float], fpc: FpcSpec) -> bool:
 
 
 def least_size(size: tuple[float, float], wish: PanelSpec) -> tuple[float, float]:
-    """Return the smallest panel sides (m) for the number of parts in the spec, or for one part.
+    """Return the sides (m) of the smallest panel for the number of boards in the spec, or for one board.
 
-    Coupons are left out.
+    The panel has no coupons.
     """
     (length, width) = size
     columns, rows = wish.parts or (1, 1)

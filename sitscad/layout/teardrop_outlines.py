@@ -17,7 +17,7 @@ INSIDE = 10e-6
 """Length (m) of the teardrop inside its contact. With this overlap, rounding errors leave no slit between them."""
 
 SLACK = 1e-9
-"""Rounding error (m) of lengths: shorter distances count as 0, and clearances may be smaller by this."""
+"""Rounding error (m) of lengths. Shorter lengths count as 0, and clearances may be smaller by this length."""
 
 
 def via_teardrops(centre: Point, diameter: float, leg: Line, width: float) -> Iterator[Path]:

@@ -33,9 +33,9 @@ ROWS, COLUMNS = 9, 61  # The grid of places in a coil that is longer than wide
 """Numbers of rows and columns in the grid of trial positions for a via in a coil that is longer than wide."""
 
 MOST = 160
-"""Largest number of candidate vias for each pair of layers that are compared with the candidates of other pairs.
+"""Largest number of candidate vias for one pair of layers in the comparison with the candidates of other pairs.
 
-They are the candidates with the shortest stubs, and an even selection of the others.
+Some are the candidates with the shortest stubs. The others are an even selection of the remaining candidates.
 """
 
 TRIALS = 4_000  # Combinations after which the search gives up
@@ -50,9 +50,9 @@ Etchant stays in sharper corners.
 """
 
 AT_ONCE = 60_000  # Places and points that are compared at once: as many as stay near the processor
-"""Number of pairs of position and turn point that are compared at once. More pairs would not fit into the cache."""
+"""Number of distances from via positions to points on turns in one array. More would not fit into the CPU's cache."""
 ROUNDING = 0.5e-6  # Error (m) of distances between sampled points
-"""Error (m) of distances between sampled points."""
+"""Tolerance (m) for distances that are computed between sampled points."""
 
 
 @record
@@ -75,7 +75,7 @@ class InnerJoin:
 class InnerEnd:
     """Inner end of one layer's spiral, on copper layer `layer`.
 
-    `back` is a unit vector at this end, along the innermost turn.
+    `back` is the unit vector from this end back along the innermost turn.
     """
 
     point: Point
@@ -106,8 +106,8 @@ def place_inner_vias(
     If the number of layers is odd, the last end has its own via.
 
     `turns` are the numbers of turns of the windings. `width` (m) is the track width, `spacing` (m) the gap that vias
-    and stubs must keep, and `turn_spacing` (m) the gap between turns. Positions with short stubs are preferred. All
-    positions are tried only if `thorough`. None if there is no room.
+    and stubs must keep, and `turn_spacing` (m) the gap between turns. Positions with short stubs are preferred. If
+    `thorough` is False, not all positions are tried. None if there is no room.
     """
     innermost = [_Innermost.of(winding, count) for winding, count in zip(windings, turns, strict=True)]
     joins = [tuple(turn.end for turn in innermost[i : i + 2]) for i in range(0, len(innermost), 2)]
@@ -168,7 +168,7 @@ class _Innermost:
 
 
 def room_needed(joins: int, rules: DesignRules, spacing: float) -> float:
-    """Return the smallest inner diameter (m) without copper for `joins` vias on one ring with the gap `spacing` (m)."""
+    """Return the diameter (m) of the area inside a coil that `joins` vias need on one ring with gaps `spacing` (m)."""
     hole = joined_hole(rules, 0.0)
     keep = hole_keep_out(hole, rules, spacing)
     if joins == 1:
@@ -177,7 +177,7 @@ def room_needed(joins: int, rules: DesignRules, spacing: float) -> float:
 
 
 def _clear_places(inside: Inside, towards: Point, copper: Sequence[Array], keep: float, width: float) -> Array:
-    """Return positions (n, 2; m) for a via inside the coil that keep their distance from the turns of each layer.
+    """Return positions (n, 2; m) for a via inside the coil with sufficient distance from the turns of each layer.
 
     `towards` is the position at which the order of positions begins. `copper` lists points (n, 2; m) on the turns.
     `keep` (m) is the least distance from the via's centre to the edge of a track of `width` (m).
@@ -317,9 +317,9 @@ def _shares(count: int) -> Array:
 
 
 class _Candidates:
-    """Candidate vias for one or two inner ends, in the order of the total straight distance to these ends.
+    """Candidate vias for one or two inner ends, sorted by the sum of the straight distances to these ends.
 
-    All candidates keep the distance to the turns. They are computed on demand, because few are needed.
+    All candidates keep their distance from the turns. They are computed on demand, because few are needed.
     """
 
     def __init__(self, ends: tuple[InnerEnd, ...], places: Array, room: _StubRoom, hole: ViaToPlace) -> None:
@@ -403,9 +403,9 @@ def _choose(
 def one_of_each(sizes: Sequence[int], apart: dict[tuple[int, int], list[int]]) -> tuple[list[int] | None, bool]:
     """Return one candidate number per join so that all keep their clearances, and whether the search was complete.
 
-    None instead of the numbers if the search finds none. `sizes` are the numbers of candidates. `apart` maps two joins
-    to a list of bit sets, one for each candidate of the first join. Bit k is 1 if candidate k of the second join keeps
-    its clearance to this candidate.
+    If the search finds no such combination, None replaces the numbers. `sizes` are the joins' numbers of candidates.
+    `apart` maps two joins to a list of bit sets, one for each candidate of the first join. Bit k is 1 if candidate k of
+    the second join keeps its clearance to this candidate.
     """
     count, trials = len(sizes), 0
 
@@ -473,9 +473,10 @@ def _stubs_clear(joins: list[InnerJoin], holes: Array, keep: float) -> Flags:
 def wind_coil(
     artwork: ArtworkSpec, placement: CoilPlacement, tolerance: float = CHORD_TOLERANCE
 ) -> tuple[Winding, ...]:
-    """Return the coil's layers in the order of the current: odd layers inwards, even layers mirrored and outwards.
+    """Return the windings of a coil's layers in the order of the current.
 
-    `tolerance` (m) is the largest distance between the spiral and the segments that replace it.
+    The current flows inwards in the first, third, ... winding. The other windings are mirrored, and the current flows
+    outwards. `tolerance` (m) is the largest distance between the spiral and the segments that replace it.
     """
     coil, copper = placement.own or artwork.coil, artwork.fpc.stackup.copper
     windings = _wind(coil, tuple(copper[number - 1] for number in coil.layers), placement.rotation, tolerance)
@@ -486,7 +487,7 @@ def wind_coil(
 
 @lru_cache(maxsize=16)
 def _wind(coil: CoilSpec, layers: tuple[CopperLayer, ...], rotation: float, tolerance: float) -> tuple[Winding, ...]:
-    """Return the windings of a coil about the origin. Coils of an array with equal rotation differ only in position."""
+    """Return the windings of a coil whose centre is the origin, for all coils of an array with this rotation."""
     sense = -1 if coil.clockwise else 1
     sweeps = [sense * 2.0 * math.pi * turns for turns in coil.layer_turns]
     angle = coil.outline.start(coil.start_angle, sense, coil.is_mid_side)
@@ -509,8 +510,9 @@ def _wind(coil: CoilSpec, layers: tuple[CopperLayer, ...], rotation: float, tole
 class WoundCoil:
     """A coil without leads.
 
-    `inner` holds its inner vias. `way_out_layer` is the copper layer on which a lead leaves the inside under the turns;
-    None if the number of layers is even or if no layer is free. `shortfalls` lists missing room.
+    `inner` holds its inner vias. `way_out_layer` is the copper layer on which a lead runs from inside the coil under
+    the turns to the outside. It is None if the number of layers is even or if no layer is free. `shortfalls` lists
+    missing room.
     """
 
     windings: tuple[Winding, ...]
@@ -543,7 +545,7 @@ def _joined_inside(
 ) -> tuple[tuple[InnerJoin, ...], tuple[Shortfall, ...]]:
     """Return the inner vias of a coil with their stubs, and the shortfalls of room.
 
-    Vias and stubs keep the first gap of `lead_spacings` for which the inside has room.
+    The gap of vias and stubs is the first value of `lead_spacings` for which there is room inside the coil.
     """
     stackup, rules, centre = artwork.fpc.stackup, artwork.fpc.rules, Point(0.0, 0.0)
     coil, windings = placement.own or artwork.coil, wind_coil(artwork, replace(placement, centre=centre))

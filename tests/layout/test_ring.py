@@ -1,4 +1,4 @@
-"""The ring road round a coil: where it passes a point, and how leads leave it."""
+"""The lead ring around a coil: where it passes a point, and how leads leave it."""
 
 import math
 from dataclasses import replace

@@ -1,16 +1,17 @@
-"""Connections outside one coil: tracks on its ring road, vias, and the cost of a path around the coil.
+"""Connections outside one coil: tracks on its lead ring, vias, and the cost of a path around the coil.
 
-The ring road is the closed track next outside the coil. A branch is one connection, of one leg or of two legs joined by
-a via. Each leg runs from a point to the ring road, along it, and on to its end.
+The lead ring is the closed path around the coil, next to its outermost turn. A branch is one connection: a leg, or two
+legs joined by a via. Each leg is a track that runs from a point to the lead ring, along it, and on to its end.
 
-From contact to contact, the current circulates around the coil a whole number of times, because the two contacts of a
-pair are side by side. The turns of the layers may add up to a fraction. The leads then run around the ring road for the
-rest. This closing arc links the winding's flux like a part of a turn. If both leads run around together, above each
-other, their effects cancel. A coil whose winding ends inside needs no closing arc, because its lead comes out under the
-turns in any direction. The area between this lead and the coil's centre also links flux, and counts as an angle.
+The two contacts of a pair are side by side. Between them, the current therefore circulates around the coil a whole
+number of times. The turns of the layers may add up to a fraction. The leads then run around the lead ring for the
+missing part of a turn. This part is called the closing arc. It links the winding's flux like a part of a turn. If both
+leads run around together, above each other, their effects cancel. A coil whose winding ends inside needs no closing
+arc, because its lead can come out under the turns in any direction. The area between this lead and the coil's centre
+also links flux, and is converted to an equivalent angle.
 
-Branches of one coil are compared by arrays of their angle ranges on the ring road, which is cheap. Vias and the
-straight parts beyond the ring road are compared by exact distances.
+Branches of one coil are compared by arrays of their angle ranges on the lead ring, which is cheap. Vias and the
+straight parts beyond the lead ring are compared by exact distances.
 """
 
 from __future__ import annotations
@@ -48,17 +49,17 @@ FLATTENED = 1e-6  # Arcs become chords within this distance (m)
 Values = TypeVar("Values", float, Array)
 
 WEIGHT = 10.0
-"""Cost of a closing arc divided by its length.
+"""Cost of a closing arc, divided by its length.
 
-The arc changes the inductance by several per cent per quarter turn. A pair of leads that runs around together only adds
-resistance.
+The arc changes the inductance by several per cent per quarter turn. Two leads that run around the coil together only
+add resistance.
 """
 
 RUNNING_ON = 0.9
 """Cost of a closing arc in the winding's sense, divided by the cost of an equal arc in the other sense.
 
-An arc in the winding's sense adds inductance, and the opposite arc reduces it at the same resistance. Of two half
-turns, the former is therefore chosen.
+Both arcs add equal resistance. The arc in the winding's sense adds inductance, and the opposite arc reduces it. If both
+arcs are half a turn, the arc in the winding's sense is therefore chosen.
 """
 
 
@@ -72,20 +73,23 @@ def closing_turns(coil: CoilSpec, sweep_a: Values, sweep_b: Values) -> Values:
 
 
 def closing_cost(turns: Values, radius: float) -> Array:
-    """Return the cost of closing arcs as a length (m) of lead.
+    """Return the cost of closing arcs as an equivalent length (m) of lead.
 
-    `turns` are their turns, on a ring road with this radius (m).
+    `turns` are the arcs' lengths in turns, positive in the winding's sense. `radius` (m) is the lead ring's radius.
     """
     return WEIGHT * TWO_PI * radius * counted(turns)
 
 
 def counted(turns: Values) -> Array:
-    """Return the size of closing arcs (turns), multiplied by `RUNNING_ON` if the arc continues the winding's sense."""
+    """Return the weighted length of closing arcs (turns): arcs in the winding's sense count `RUNNING_ON` times."""
     return np.where(np.asarray(turns) > 0.0, RUNNING_ON * np.asarray(turns), np.abs(turns))
 
 
 def least_closing(coil: CoilSpec) -> float:
-    """Return the closing arc of least cost for a coil's leads (turns, signed), regardless of room."""
+    """Return the closing arc of least cost for a coil's leads, in turns, positive in the winding's sense.
+
+    Whether the arc has room is not checked.
+    """
     if len(coil.layers) % 2:
         return 0.0
     beyond = math.fsum(coil.layer_turns) % 1.0
@@ -93,10 +97,10 @@ def least_closing(coil: CoilSpec) -> float:
 
 
 def swept_inside(inner: Point, outer: Point, centre: Point) -> float:
-    """Return the equivalent angle (rad, signed) on the ring road for a straight lead from inside a coil.
+    """Return the angle (rad, signed) on the lead ring that is equivalent to a straight lead from inside a coil.
 
-    The angle's sector has the area between the lead and the centre, because the field inside the turns is nearly
-    uniform.
+    The sector with this angle has the area of the triangle of `inner`, `outer` and `centre`. Equal areas link equal
+    flux, because the field inside the turns is nearly uniform.
     """
     x, y, beyond_x, beyond_y = inner.x - centre.x, inner.y - centre.y, outer.x - centre.x, outer.y - centre.y
     return (x * beyond_y - y * beyond_x) / max(math.hypot(x, y), math.hypot(beyond_x, beyond_y)) ** 2
@@ -125,10 +129,10 @@ VIA_PLACES = 32  # Directions round a coil in which vias may stand
 
 @record
 class OuterEnd:
-    """An end of the winding at which a lead or a join begins, on copper layer `layer`.
+    """An end of the winding on copper layer `layer`, at which a lead or a connection between layers begins.
 
-    It is the outer end of a layer. If the coil has an odd number of layers, the last end is an inner via
-    (`from_inside`).
+    It is the outer end of a layer's spiral. If the coil has an odd number of layers, the last end is an inner via, and
+    `from_inside` is True.
     """
 
     point: Point
@@ -138,9 +142,10 @@ class OuterEnd:
 
 @record
 class BranchGround:
-    """Inputs of the search for the branches of one coil.
+    """Inputs of the search for the connections (branches) outside one coil.
 
-    `artwork` has the rules, and `bus` the dimensions of the leads. `breadth` is the range of y that is open to vias.
+    `artwork` has the design rules, and `bus` the dimensions of the leads. `breadth` is the y range in which vias may
+    lie.
     """
 
     artwork: ArtworkSpec
@@ -165,12 +170,12 @@ class BranchGround:
 
     @cached_property
     def ring(self) -> Ring:
-        """Ring road of the coil: the centre line of the closed track next outside it."""
+        """Lead ring of the coil: the centre line of a track that closely surrounds its outermost turn."""
         return Ring(self.coil, self.placement, self.bus.ring_offset)
 
     @cached_property
     def radius(self) -> float:
-        """Smallest radius (m) of the ring road. Angles times this radius never exceed the true distances."""
+        """Smallest radius (m) of the lead ring. An angle times this radius never exceeds the length along the ring."""
         return min(self.coil.size) / 2 + self.bus.ring_offset
 
     @cached_property
@@ -181,7 +186,10 @@ class BranchGround:
         return obstacles
 
     def via_places(self) -> Iterator[ViaToPlace]:
-        """Yield possible vias with sufficient distance from the edge: next to the coil, or beyond a free ring road."""
+        """Yield possible vias with sufficient distance from the edge.
+
+        They lie next to the coil, or so far outside that the lead ring stays free.
+        """
         rules, beyond = self.artwork.fpc.rules, self.bus.ring_offset + self.bus.width / 2 + self.keep_out
         placement = CoilPlacement("", (0.0, 0.0), self.placement.rotation)
         places = _via_places(self.coil, placement, self.bus.ring_offset, (self.keep_out, beyond))
@@ -197,7 +205,7 @@ class BranchGround:
         return {}
 
     def stand(self, hole: ViaToPlace) -> tuple[float, float]:
-        """Return the angle (rad) at which the ring road passes a via position, and the distance (m) between them."""
+        """Return the angle (rad) at which the lead ring passes a via, and the distance (m) between ring and via."""
         return self._stands[hole.centre]
 
 
@@ -213,10 +221,10 @@ def outermost_turns(coil: CoilSpec, placement: CoilPlacement) -> Iterator[TrackT
 def _via_places(
     coil: CoilSpec, placement: CoilPlacement, road: float, offsets: tuple[float, ...]
 ) -> tuple[tuple[Point, float, float], ...]:
-    """Return positions around a coil: (position, angle of the ring road in rad, distance from the ring road in m).
+    """Return positions around a coil: (position, angle of the lead ring in rad, distance from the lead ring in m).
 
-    `offsets` (m) are distances of the positions from the coil's copper, and `road` (m) is the distance of the ring
-    road. The result is cached for coils that differ only in position, and for successive trial boards.
+    `offsets` (m) are distances of the positions from the coil's copper, and `road` (m) is the distance of the lead ring
+    from this copper. The result is cached for coils that differ only in position, and for successive trial boards.
     """
     ring, places = Ring(coil, placement, road), []
     for offset in offsets:
@@ -285,9 +293,9 @@ def _along(line: Line, point: Point) -> tuple[float, float]:
 
 @record
 class Leg:
-    """A track on copper layer `layer`: from `begin` to the ring road, along it, and on through the points `finish`.
+    """A track on copper layer `layer`: from `begin` to the lead ring, along it, and on through the points `finish`.
 
-    It meets the ring road at `angle` (rad) and follows it by `sweep` (rad, positive counter-clockwise). `around`
+    It meets the lead ring at `angle` (rad) and follows it by `sweep` (rad, positive counter-clockwise). `around`
     describes the coil.
     """
 
@@ -300,12 +308,12 @@ class Leg:
 
     @property
     def end_angle(self) -> float:
-        """Angle (rad) at which the leg leaves the ring road."""
+        """Angle (rad) at which the leg leaves the lead ring."""
         return self.angle + self.sweep
 
     @cached_property
     def stretches(self) -> list[tuple[Point, Point]]:
-        """Start and end of each straight part after the ring road."""
+        """Start and end of each straight part after the lead ring."""
         corners = (self.around.ring.at(self.end_angle), *self.finish)
         return [(start, end) for start, end in pairwise(corners) if start.distance(end) > 1e-12]
 
@@ -323,8 +331,8 @@ class Leg:
     def _unfolded(self, path: Path) -> Path:
         """Return a path without narrow notches and acute corners.
 
-        A straight line or a right angle replaces each short part on which the path turns back. On the coil's own
-        layers, these lines stay outside the ring road.
+        Each short part on which the path turns back is replaced by a straight line or by two right angles. On the
+        coil's own layers, such a line is only used if it stays outside the lead ring.
         """
         segments, apart = list(path), self.around.bus.pitch
         is_free = self.layer not in self.around.coil.layers
@@ -341,13 +349,13 @@ class Leg:
 
     @cached_property
     def round(self) -> float:
-        """Angle of the leg around the coil (rad, signed), including a part inside the coil if the leg begins there."""
+        """Angle (rad, signed) by which the leg runs around the coil, including a part inside the coil."""
         ring = self.around.ring
         return self.sweep + swept_inside(self.begin, ring.at(self.angle), ring.centre)
 
     @cached_property
     def cost(self) -> float:
-        """Approximate length (m) on the ring road and before it, for sorting."""
+        """Approximate length (m) on the lead ring and before it, for sorting."""
         return abs(self.sweep) * self.around.radius + self.begin.distance(self.around.ring.at(self.angle))
 
 
@@ -355,8 +363,7 @@ class Leg:
 class Branch:
     """A connection outside the winding: one leg, or two legs with the via `hole` between them.
 
-    `returns` is True if the second leg is drawn from its own end towards the via. The current then flows along it
-    backwards.
+    `returns` is True if the second leg is drawn from its end to the via, and thus against the current.
     """
 
     legs: tuple[Leg, ...]
@@ -388,7 +395,7 @@ class Branch:
 
     @cached_property
     def round(self) -> float:
-        """Angle of the connection around the coil (rad, signed), from the start of its first leg."""
+        """Angle (rad, signed) by which the connection runs around the coil, from the start of its first leg."""
         first, *second = (leg.round for leg in self.legs)
         return first + sum(-sweep if self.returns else sweep for sweep in second)
 
@@ -403,9 +410,9 @@ class BranchTable:
 
     `cost` (n; m) is the cost, and `round` (n; rad) the angle around the coil. Arrays (n, 2) describe the two legs:
     `layer` is the copper layer, -1 without a second leg. `low` and `sweep` (rad) are start and length of the range on
-    the ring road. Arrays (n) describe the via: `centre` (n, 2; m) is its position, nan without a via. `angle` (rad) is
-    the angle of the ring road beside the via, and `beside` (m) the distance between them. `starts` and `steps` (w, 2;
-    m) are start and vector of each straight part after the ring road, and `owner` (w) is its branch.
+    the lead ring. Arrays (n) describe the via: `centre` (n, 2; m) is its position, nan without a via. `angle` (rad) is
+    the angle of the lead ring beside the via, and `beside` (m) the distance between them. `starts` and `steps` (w, 2;
+    m) are start and vector of each straight part after the lead ring, and `owner` (w) is its branch.
     """
 
     around: BranchGround
@@ -472,7 +479,7 @@ class BranchTable:
 
 
 def branch_table(around: BranchGround, branches: Sequence[Branch]) -> BranchTable:
-    """Return a table of several branches, whose order is kept."""
+    """Return a table of several branches, in the given order."""
     legs, vias, stretches, owner = [], [], [], []
     for k, branch in enumerate(branches):
         rows = [(leg.layer, leg.angle + min(leg.sweep, 0.0), abs(leg.sweep)) for leg in branch.legs]

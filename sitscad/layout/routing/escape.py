@@ -1,9 +1,10 @@
 """Search for the tracks outside one coil: joins between layers, and leads around the coil to their lanes.
 
-The ring road is the closed track next outside the coil. Each connection may go around it in either sense, and each
-outer via may have several positions. The search takes the combination that keeps the design rules' clearances and whose
-leads link the smallest part of the winding's flux (see `branches`). Among equal combinations, it takes the shortest.
-Connections of one coil are compared by their angle ranges on the ring road, which is cheap. They are compared with
+The lead ring is the closed path around the coil, next to its outermost turn. Each connection may go around it in either
+sense, and each outer via may have several positions. The search considers all combinations that keep the design rules'
+clearances. It takes the combination whose leads link the smallest part of the winding's flux (see `branches`). Among
+equal combinations, it takes the shortest.
+Connections of one coil are compared by their angle ranges on the lead ring, which is cheap. They are compared with
 other copper by their exact geometry. The limit of a search is a number of trials, not a time, so every computer finds
 the same board.
 """
@@ -36,7 +37,7 @@ from sitscad.layout.routing.branches import (
 )
 
 TRIALS_OF_A_WAVE = 50  # Cost, in trials, of a search for the paths through the array to one coil
-"""Number of trials that one maze search for one coil counts as."""
+"""Number of trial connections that are charged for one maze search of one coil."""
 
 BUDGET = 16_000
 """Largest number of trial connections for all searches of one board: a few seconds.
@@ -56,8 +57,8 @@ routing (random_boards.py, seeds 0 to 449), none made progress after more than 3
 class SearchLimit:
     """Remaining number of trial connections for one board.
 
-    `left` is this number. `stuck` is the index of the coil without leads on the last trial board. None if each coil has
-    leads.
+    `left` is this number. `stuck` is the index of the coil that remained without leads on the last trial board. None if
+    each coil had leads.
     """
 
     def __init__(self, budget: int = BUDGET) -> None:
@@ -70,13 +71,13 @@ class SearchLimit:
         self._missing, self._since = coils, self.left
 
     def led_out(self, coils: int, of: int) -> None:
-        """Record that on the present trial board, `coils` of `of` coils have leads."""
+        """Record that `coils` coils of the current trial board have leads. The board has `of` coils."""
         if of - coils < self._missing:
             self._missing, self._since = of - coils, self.left
 
     @property
     def is_lost(self) -> bool:
-        """Whether two or more coils have had no leads for `MAX_TRIALS_WITHOUT_PROGRESS` trials."""
+        """Whether two or more coils still lack leads after `MAX_TRIALS_WITHOUT_PROGRESS` trials without progress."""
         return self._missing > 1 and self._since - self.left >= MAX_TRIALS_WITHOUT_PROGRESS
 
     @property
@@ -105,25 +106,28 @@ Successful searches for 1,000 coils took at most 1,100.
 """
 
 QUICK = 100
-"""Number of trials for each pair of beginnings if the first solution is accepted. Without a solution, all are used."""
+"""Number of trials for each pair of candidate beginnings in a search that accepts the first solution.
 
-PIECES = 48  # Number of pieces of the ring road that are marked open or closed to tracks
-"""Number of equal pieces of the ring road that are marked as open or closed to tracks."""
+If no pair gives a solution, the search is repeated with the full number of trials.
+"""
+
+PIECES = 48  # Number of pieces of the lead ring that are marked open or closed to tracks
+"""Number of equal pieces of the lead ring that are marked as open or closed to tracks."""
 REFUSED_LEGS_BEFORE_MARKING = 8  # Refused legs on a layer before the pieces are marked: most searches succeed earlier
-"""Number of refused tracks on a layer after which the pieces of the ring road are marked."""
+"""Number of refused tracks on a layer after which the pieces of the lead ring are marked."""
 NEGLIGIBLE_ARC_TURNS = 0.04  # Excess (turns) of a closing arc that counts as none
-"""Excess of the leads' path around the coil (turns) that counts as 0."""
+"""Largest excess of the leads' path around the coil over the necessary minimum (turns) that counts as 0."""
 
 INSIDE = 0.1
-"""Number of turns around a coil with an odd number of layers that leads may run without counting as excess.
+"""Number of turns by which leads may run around a coil with an odd number of layers without counting as excess.
 
-One lead of such a coil begins inside, and may have to pass inner vias.
+One lead of such a coil begins inside the coil, and may have to pass inner vias.
 """
 
 INSIDE_LEAD_ANGLES = tuple(math.radians(degrees) for degrees in (0, 10, -10, 20, -20, 30, -30, 45, -45))
 """Angles (rad), from the outer end of the winding, at which a lead from inside may come out from under the turns.
 
-They compensate the area between this lead and the coil's centre line inside, or they pass an inner via.
+Some angles compensate the flux through the area between the lead and the coil's centre. Others avoid an inner via.
 """
 
 NEAR = math.radians(60.0)
@@ -133,10 +137,10 @@ The via may also be within this angle of the place where the lead comes out from
 """
 
 STEP_BACK = 1e-3  # Step back on the ring (rad) for the ring's direction
-"""Step (rad) along the ring road for the finite difference that gives its direction."""
+"""Step (rad) along the lead ring for the finite difference that gives its direction."""
 
 SHARPEST = math.cos(math.radians(40.0))
-"""Cosine of the smallest permitted angle between a lead and the ring road.
+"""Cosine of the smallest permitted angle between a lead and the lead ring.
 
 With a smaller angle, their copper overlaps.
 """
@@ -150,9 +154,9 @@ Successive trial boards share it.
 
 @record
 class Escape:
-    """Tracks outside one coil, up to the tail.
+    """The tracks and vias outside one coil, up to the tail.
 
-    `joins` connect the coil's layers. `lead_a` and `lead_b` are the leads from the coil's ends A and B.
+    `joins` connect the coil's layers with each other. `lead_a` and `lead_b` are the leads from the coil's ends A and B.
     """
 
     joins: tuple[Branch, ...]
@@ -178,7 +182,7 @@ class Escape:
 
     @property
     def excess(self) -> float:
-        """Number of turns of leads around the coil, as weighted for the cost, minus the least possible number.
+        """Turns by which the leads run around the coil beyond the least possible number, weighted as in `closing_cost`.
 
         At least 0.
         """
@@ -201,7 +205,7 @@ def escape(
     """Return the cheapest tracks of one coil that keep all clearances. None if the search finds none.
 
     `joins` are the pairs of layer ends to connect. `ends` are the two layer ends with leads, and `choices` pairs of
-    candidate beginnings of their lanes. With `first`, the result is the first solution whose leads run no farther
+    candidate beginnings of their lanes. If `first` is True, the result is the first solution whose leads run no farther
     around the coil than necessary. `cache` holds joins from earlier trial boards.
     """
     places = obstacles.admitted(list(around.via_places()))
@@ -266,8 +270,7 @@ class _BranchSearch:
     ) -> list[BranchTable] | None:
         """Return the possible connections of both leads, the cheapest first. None if one lead has no permitted path.
 
-        The paths of the other lead are then not computed. A lead from inside may come out from under the turns at the
-        other end or near it.
+        A lead from inside the coil may come out from under the turns at the angle of the other layer end, or near it.
         """
         beside = list(dict.fromkeys(around.ring.facing(ends[0].point)))
         leads = []
@@ -329,9 +332,10 @@ class _BranchSearch:
         return None
 
     def _clear(self, branch: Branch, other: Branch) -> bool:
-        """Whether two connections keep the fabricator's clearance, by their exact geometry.
+        """Whether two connections keep the fabricator's clearance.
 
-        Angle ranges on the ring road do not include the bends at its corners.
+        Their exact geometry is compared. Their angle ranges on the lead ring do not include the bends where they leave
+        the ring.
         """
         key = (id(branch), id(other))
         if key not in self._exact:
@@ -354,9 +358,9 @@ class _BranchSearch:
         self._searches.left -= 1
 
     def lets_out(self, around: BranchGround, out: Exit) -> bool:
-        """Whether the path from the ring road to the tail is free, also of the coil's own turns.
+        """Whether the path of `out` from the lead ring to the tail is free of other copper and of the coil's own turns.
 
-        All leads with `out` share it. A blocked path then costs one trial instead of one trial per lead.
+        All candidate leads with this beginning share the path. If it is blocked, only one trial is counted.
         """
         way = polyline([around.ring.at(out.angle), *out.way])
         track = TrackToPlace(way, around.bus.width, out.layer)
@@ -378,9 +382,9 @@ class _BranchSearch:
         return True
 
     def _is_free(self, leg: Leg) -> bool:
-        """Whether a track keeps its clearances by its exact geometry.
+        """Whether a track keeps its clearances to copper on the board, by its exact geometry.
 
-        Counts as a trial unless it is certainly refused.
+        The comparison counts as a trial, unless the track covers a closed piece of the lead ring.
         """
         if self._runs_into(leg):
             return False
@@ -391,7 +395,7 @@ class _BranchSearch:
         return is_free
 
     def _runs_into(self, leg: Leg) -> bool:
-        """Whether a track covers a whole piece of the ring road that is closed to tracks."""
+        """Whether a track covers a whole piece of the lead ring that is closed to tracks."""
         piece, layer = TWO_PI / PIECES, leg.layer
         if self._refused.get(layer, 0) < REFUSED_LEGS_BEFORE_MARKING or abs(leg.sweep) < piece:
             return False
@@ -442,7 +446,7 @@ def _ways_out(
 
 
 def _doubles_back(around: BranchGround, out: Exit, sweep: float) -> bool:
-    """Whether a lead that comes along the ring road by `sweep` (rad) would leave it at too sharp an angle."""
+    """Whether a lead that comes along the lead ring by `sweep` (rad) would leave it at too sharp an angle."""
     if not sweep:
         return False
     leaves, before = around.ring.at(out.angle), around.ring.at(out.angle - math.copysign(STEP_BACK, sweep))
@@ -451,17 +455,17 @@ def _doubles_back(around: BranchGround, out: Exit, sweep: float) -> bool:
 
 
 def _legs_to_via(around: BranchGround, end: OuterEnd, hole: ViaToPlace, beside: Sequence[float] = ()) -> list[Leg]:
-    """Return the possible paths from a layer end to a via beside the ring road."""
+    """Return the possible paths from a layer end to a via beside the lead ring."""
     angle, _ = around.stand(hole)
     sweeps = _sweeps(around, end, angle, beside)
     return [Leg(around, end.layer, end.point, angle - sweep, sweep, (hole.centre,)) for sweep in sweeps]
 
 
 def _sweeps(around: BranchGround, end: OuterEnd, angle: float, beside: Sequence[float] = ()) -> list[float]:
-    """Return the angles (rad, signed) around the ring road from a layer end to `angle`, in both senses.
+    """Return the angles (rad, signed) around the lead ring from a layer end to `angle`, in both senses.
 
     From an inner via, the lead runs straight under the turns, or comes out at one of the angles `beside` and continues
-    on the ring road from there. Its bend at the ring road must not be sharp. If the end is at a corner, each sense
+    on the lead ring from there. Its bend at the lead ring must not be sharp. If the end is at a corner, each sense
     begins on its own side of the corner, so that no lead bends back sharply.
     """
     if end.from_inside:

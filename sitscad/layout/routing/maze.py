@@ -1,8 +1,8 @@
 """Shortest paths of leads through an array whose coils are not in one line, with all clearances.
 
 The two leads of a pair run above each other on two layers, so the search treats them as one track. It runs from its
-coil's ring road (the track around the coil) to its place in the tail. A shortest-path search from the tail over a
-lattice (Dijkstra) finds the paths to all points of the ring road at once. Each path is then straightened between its
+coil's lead ring (the closed path around the coil) to its place in the tail. A shortest-path search from the tail over a
+lattice (Dijkstra) finds the paths to all points of the lead ring at once. Each path is then straightened between its
 obstacles. Clearances are checked at points along the path, not on the lattice.
 """
 
@@ -117,7 +117,7 @@ def _onward(stride: int) -> tuple[tuple[tuple[int, float], ...], ...]:
 
 
 EXITS = 24
-"""Number of equally spaced directions in which a path may leave the ring road."""
+"""Number of equally spaced directions in which a path may leave the lead ring."""
 MARGIN = 2e-6  # Margin (m) on the rules' clearance, for places between the sampled points of a path
 """Margin (m) added to the required clearance, for places between the sampled points of a path."""
 
@@ -274,7 +274,7 @@ class Maze:
         return hole_keep_out(hole, self.artwork.fpc.rules, self.bus.spacing) + self.bus.width / 2 + MARGIN
 
     def exits(self, placement: CoilPlacement, entry: Point) -> Iterator[tuple[Exit, Exit]]:
-        """Yield paths of a coil's two leads from its ring road to the point `entry` at the tail, the shortest first.
+        """Yield paths of a coil's two leads from its lead ring to the point `entry` at the tail, the shortest first.
 
         Both leads have the same path, on two layers.
         """
@@ -303,18 +303,18 @@ class Maze:
                 yield Exit(angle, way, self.bus.layers[0]), Exit(angle, way, self.bus.layers[1])
 
     def _room(self, placement: CoilPlacement, led_coil: CoilPlacement | None) -> float:
-        """Return the smallest distance (m) of a pair's centre line from the copper edge of the coil `placement`.
+        """Return the smallest permitted distance (m) of a pair's centre line from the copper of the coil `placement`.
 
-        `led_coil` is the pair's own coil.
+        `led_coil` is the coil to which the pair belongs.
         """
         beside = self.bus.pitch if placement == led_coil else self.bus.base
         return self.bus.ring_offset + beside + MARGIN / 2 - 1e-9
 
     def _starts(self, placement: CoilPlacement) -> Iterator[tuple[float, Point]]:
-        """Yield (angle, point) for each free direction out of the ring track around a coil.
+        """Yield (angle, point) for each free direction in which a path can leave a coil's lead ring.
 
-        The angle (rad) is the place on the ring. The point is the first place outside the ring at which a path may
-        turn.
+        The path leaves the ring at this angle (rad). The point is the first point outside the ring at which the path
+        may change its direction.
         """
         ring = Ring(self.artwork.coil, placement, self.bus.ring_offset)
         outside = Ring(self.artwork.coil, placement, self.bus.ring_offset + self.bus.pitch + MARGIN)

@@ -40,7 +40,7 @@ class Routing:
     """Complete leads of all coils, on a body with the y range `breadth`.
 
     For each coil, `escapes` holds its leads up to the tail, and `ends` the two conductors from there to the contacts.
-    `far` (m) is the x at which the body must then begin.
+    `far` (m) is the x of the body's end away from the tail, for which all copper keeps its distance from the edge.
     """
 
     bus: Bus
@@ -60,9 +60,9 @@ class Routing:
 
 @record
 class Stuck:
-    """The coil (index) for which no path to the tail was found.
+    """The coil (index) for which the search found no path to the tail.
 
-    `walled` is True if no path even leaves its ring road. A wider board then does not help.
+    `walled` is True if no path can even leave the coil's lead ring. A wider board then does not help.
     """
 
     coil: int
@@ -70,7 +70,7 @@ class Stuck:
 
 
 def front_of(artwork: ArtworkSpec, bus: Bus) -> float:
-    """Return the x (m) from which only lanes run: all coils, their vias and the turns of leads lie below this x."""
+    """Return the x (m) beyond which leads only run in lanes. All coils, their vias and lead rings end before it."""
     placements = artwork.array.placements
     reach = via_room(artwork.fpc.rules, bus.spacing, bus.width)
     lanes = (len(placements) - 1) // 2 + 1
@@ -81,8 +81,9 @@ def front_of(artwork: ArtworkSpec, bus: Bus) -> float:
 def boards(artwork: ArtworkSpec, bus: Bus) -> list[tuple[Bus, Breadth]]:
     """Return the trial boards, narrow ones first: (dimensions of the leads, y range of the body).
 
-    Between the coils and the innermost lane, there is no additional room, room for a track, or room for a via. For each
-    of these cases, three widths are tried: the lanes alone, room for a track beside the coils, and room for a via.
+    The additional room between the coils and the innermost lane is 0, the room of a track, or the room of a via. For
+    each of these cases, three board widths are tried. They have room for the lanes alone, for a track beside the coils,
+    or for a via beside the coils.
     """
     rules = artwork.fpc.rules
     room = via_room(rules, bus.spacing, bus.width)
@@ -108,10 +109,10 @@ def _beyond_coils(bus: Bus, room: float) -> Breadth:
 def route_in_line(
     artwork: ArtworkSpec, bus: Bus, windings: tuple[WoundCoil, ...], front: float, searches: SearchLimit
 ) -> Routing | None:
-    """Return the leads of coils in one line, on the narrowest body with sufficient room. None if none has.
+    """Return the leads of coils in one line, on the narrowest body with sufficient room. None if no body has room.
 
     The first lane is on the side where the winding of the far coil begins, or else on the other side. Pairs leave their
-    ring roads at the corner towards the tail. The far coils are routed first. If no board has room, pairs may also
+    lead rings at the corner towards the tail. The far coils are routed first. If no board has room, pairs may also
     leave beside the corner, and a coil without a path is routed first. If leads run farther around their coils than
     necessary, the other side and wider boards are tried as well, up to the jaw's width.
     """
@@ -155,10 +156,10 @@ def route_in_line(
 
 
 def _least_round(routed: Iterator[Routing], widest: float, searches: SearchLimit) -> Routing | None:
-    """Return the routing whose leads run around their coils by the smallest excess over the necessary minimum.
+    """Return the routing whose leads run the least around their coils, beyond the necessary minimum.
 
-    The first board is always considered. Others are considered up to a half width of `widest` (m), until the search
-    limit is reached.
+    The first routing is always considered. Others are considered until the search limit is reached, if the board's half
+    width is at most `widest` (m).
     """
     best = next(routed, None)
     if best is None or best.excess < NEGLIGIBLE_ARC_TURNS:
@@ -174,14 +175,17 @@ def _least_round(routed: Iterator[Routing], widest: float, searches: SearchLimit
 
 
 def widest(margin: tuple[float, float], jaw: Jaw | None) -> float:
-    """Return the largest half width (m) of a body that is made wider only for its leads: the jaw's limit."""
+    """Return the largest half width (m) of a body that is made wider for shorter leads. Infinite without a jaw.
+
+    It is half the jaw's width minus the margin.
+    """
     return math.inf if jaw is None else jaw.width / 2 - margin[1]
 
 
 def _in_turn(board: _BoardToRoute, order: list[int], way_out: _WayOut, reordered: bool) -> dict[int, Escape] | Stuck:
     """Return the leads of all coils up to the tail, routed in the given order, or the coil without a path.
 
-    With `reordered`, a coil without a path is moved to the first place and the search is repeated.
+    If `reordered` is True, a coil without a path is moved to the first place and the search is repeated.
     """
     orders: set[tuple[int, ...]] = set()
     while True:
@@ -295,8 +299,8 @@ def _lead_out(
 ) -> Escape | None:
     """Return the leads of coil number `index` that keep their clearances to other coils and to the tracks in `laid`.
 
-    `choices` are pairs of candidate beginnings. With `first`, the first solution is returned instead of the cheapest.
-    None if there is none.
+    `choices` are pairs of candidate beginnings of the two leads. If `first` is True, the first solution is returned
+    instead of the cheapest. None if there is no solution.
     """
     windings = board.wound[index]
     turns = [

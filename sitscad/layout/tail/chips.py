@@ -23,10 +23,10 @@ def chip_opening(rules: DesignRules, chip: Chip) -> float:
 
 
 class ThermistorSpot(StrEnum):
-    """Areas for a soldered thermistor.
+    """Area in which a soldered thermistor is placed.
 
-    On the body of coils in line, it lies between leads, or between leads and edge. On the body of other coils, it lies
-    in the corner below all leads. If the spec gives the outline of this body, it lies at the root of the tail.
+    If coils are in line, the area on the body lies between leads, or between leads and edge. For other coils, it lies
+    in the corner below all leads. If the spec states the outline of such a body, it lies at the beginning of the tail.
     """
 
     LEADS = "leads"
@@ -37,11 +37,11 @@ class ThermistorSpot(StrEnum):
 
 @record
 class ThermistorRoom:
-    """Room of a thermistor whose two pads lie behind each other along the tail's axis.
+    """Room that a thermistor needs if its two pads lie behind each other along the tail's axis.
 
-    The track of the pad away from the tail passes the other pad at its side. Lengths are in metres.
+    The pad away from the tail has the passing track, which runs beside the other pad. Lengths are in metres.
 
-    * ``clearance``: least distance of a foreign track from a pad, because the coverlay is open beside the pad
+    * ``clearance``: least distance of another track from a pad, because the coverlay is open beside the pad
     * ``to_edge``: least distance of a pad from the board's edge
     * ``passing``: distance across the tail from the pads' centres to the centre of the passing track
     * ``gap``: least distance of a lead's centre from the passing track's centre
@@ -62,13 +62,14 @@ class ThermistorRoom:
 
     @property
     def length(self) -> float:
-        """Length along the tail's axis of the pads with their clearances."""
+        """Length of the pads with their clearances, along the tail's axis."""
         return self.chip.pitch + self.chip.pad_along + 2.0 * self.clearance
 
     def across(self, bounds_lead: bool) -> float:
-        """Return the needed distance from the edge of a lead beside the passing track to a bound beyond the pads.
+        """Return the width that the thermistor needs across the tail.
 
-        The bound is the edge of another lead if `bounds_lead`, else the edge of the board.
+        It begins at the edge of the lead beside the passing track. If `bounds_lead` is True, it ends at the edge of
+        another lead beyond the pads, otherwise at the board's edge.
         """
         beyond = self.clearance if bounds_lead else self.to_edge
         return self.gap + self.passing + self.chip.pad_across / 2 + beyond

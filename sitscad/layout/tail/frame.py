@@ -25,7 +25,10 @@ TAIL_TRACE_WIDTH = 0.2e-3  # Tracks widen to this outside the jaw, for their res
 """Largest width (m) of tracks in the tail outside the jaw. Wide tracks reduce the resistance."""
 
 BARE_LENGTH = 2.0e-3
-"""Length (m) of the strip with solder pads, vias and a part to grip, for a spec without a tail."""
+"""Length (m) of the strip with solder pads that replaces the tail in a spec without a tail.
+
+It has room for the pads, the vias and a part to grip.
+"""
 
 END_GAP = 0.2e-3  # Between the contacts and the end of the board (m); solder pads keep the fabricator's edge distance
 """Distance (m) between plug contacts and the end of the board.
@@ -82,9 +85,9 @@ class Row:
 class TailFrame:
     """Dimensions of the tail in metres, before it is bent in its plane.
 
-    The axis is y = 0, and x points to the contacts. A funnel is the area at the body's end in which leads move from
-    their heights beside the coils to their heights in the tail. A lane is the straight path of a pair of leads along
-    the tail.
+    The axis is y = 0, and x points to the contacts. A height is a y position. The funnel is the area at the body's end
+    in which leads change from their heights beside the coils to their heights in the tail. A lane is the straight path
+    of a pair of leads along the tail.
     """
 
     connector: Connector
@@ -143,7 +146,7 @@ class TailFrame:
     longer by this distance.
     """
     covered: float = 0.0
-    """Distance (m), in addition to `CAP`, that a via at the contacts keeps from an opening of the coverlay."""
+    """Additional distance (m) of vias near the contacts from the opening of the coverlay. It is added to `CAP`."""
     chip_room: float = CHIP_ROOM
     """Distance (m) of a capacitor's pads from the vias on one side and the track bends on the other side."""
     ahead: float = 0.0
@@ -156,9 +159,9 @@ class TailFrame:
     """Length (m) of the body for a thermistor. Leads of coils in line run straight along it."""
 
     def reaching(self, ahead: float, leads_wait: bool = False) -> TailFrame:
-        """Return the tail of a body that is longer by `ahead` (m).
+        """Return the tail moved by `ahead` (m) along x, for a body that is longer by this length.
 
-        The leads enter the funnel at the same x, or if `leads_wait`, `ahead` (m) later.
+        The funnel still begins at the same x, unless `leads_wait` is True: then it moves along with the tail.
         """
         begin, start, end = self.body_end + ahead, self.start + ahead, self.end + ahead
         later = ahead if leads_wait else 0.0
@@ -177,7 +180,9 @@ class TailFrame:
 
     @property
     def thermistor_start(self) -> float:
-        """Position x (m) at which the openings of a thermistor on the tail begin. The tail's end without a thermistor.
+        """Position x (m) at which the coverlay's openings over a thermistor on the tail begin.
+
+        Without such a thermistor, it is the tail's end.
 
         Its outer track bends by 45 degrees from the pads' height to its own, before the tail becomes narrower.
         """
@@ -330,8 +335,8 @@ def frame(artwork: ArtworkSpec, bus: Bus, connector: Connector, front: float, bo
 def contact_row(used: int, tail: Tail | None, connector: Connector) -> Row:
     """Return the row of contacts at the tail's end. Coils and thermistor use `used` contacts.
 
-    The number of contacts is the spec's, or else the smallest size of the connector with enough contacts. Without such
-    a size, and at least, it is the number of used contacts.
+    The number of contacts is the number in the spec. If the spec states none, it is the smallest number of contacts
+    that the connector offers and that is sufficient. It is never smaller than the number of used contacts.
     """
     written = tail.contacts if tail is not None else None
     enough = min((count for count in connector.positions if count >= used), default=used)
@@ -339,9 +344,10 @@ def contact_row(used: int, tail: Tail | None, connector: Connector) -> Row:
 
 
 def fan_pitch(fpc: FpcSpec, readout_chip: Chip | None, bus: Bus, connector: Connector) -> float:
-    """Return the centre distance (m) of tracks in the tail, if every second track has a via beside its neighbour.
+    """Return the centre distance (m) of neighbouring tracks in the tail.
 
-    It is the contacts' pitch, or more if vias or capacitors need more room.
+    Every second track has a via beside its neighbour. The distance is the contacts' pitch, or more if vias or
+    capacitors need more room.
     """
     if not bus.is_stacked:
         return connector.pitch
@@ -350,7 +356,7 @@ def fan_pitch(fpc: FpcSpec, readout_chip: Chip | None, bus: Bus, connector: Conn
 
 
 def _beside_via(rules: DesignRules) -> float:
-    """Return the smallest distance (m) from a via's centre to the near edge of a neighbouring track."""
+    """Return the smallest distance (m) from a via's centre to the near edge of a neighboulead ring."""
     return hole_keep_out(joined_hole(rules, 0.0), rules, rules.trace_spacing)
 
 
@@ -383,7 +389,7 @@ def pair_height(tail: TailFrame, lane: Lane) -> float:
 def parting(rules: DesignRules, bus: Bus, tail: TailFrame) -> float:
     """Return x (m) at which the two leads of a stacked pair separate.
 
-    Pairs side by side must have reached their lanes there.
+    Pairs that run side by side must have reached their lanes before this x.
     """
     if not bus.is_stacked:
         return tail.pad_start - CAP
@@ -391,9 +397,9 @@ def parting(rules: DesignRules, bus: Bus, tail: TailFrame) -> float:
 
 
 def turn_begin(rules: DesignRules, bus: Bus, tail: TailFrame) -> float:
-    """Return x (m) at which the tail's turn begins.
+    """Return x (m) at which the tail's turn begins. Leads must have reached their lanes before this x.
 
-    On a straight tail: x before which leads must have reached their lanes.
+    For a straight tail, this is the x at which the leads of pairs separate.
     """
     apart = parting(rules, bus, tail)
     if not tail.turn:
@@ -402,9 +408,9 @@ def turn_begin(rules: DesignRules, bus: Bus, tail: TailFrame) -> float:
 
 
 def turn_lag(rules: DesignRules, bus: Bus, tail: TailFrame) -> float:
-    """Return the length (m) to add to the tail, so that its turn begins beyond the taper at the body.
+    """Return the length (m) by which the tail must become longer for its turn to begin beyond the taper at the body.
 
-    0 without a turn.
+    0 if the tail has no turn.
     """
     return max(0.0, tail.start + tail.taper.reach_beyond - turn_begin(rules, bus, tail)) if tail.turn else 0.0
 
@@ -419,10 +425,10 @@ ASKEW = "within a tail's turn everything has to run along the tail"
 
 @record
 class FrameStretch:
-    """A straight or curved part of a bent tail's axis, from x = `begin` (m) of the straight tail on.
+    """A straight part or an arc of a bent tail's axis. It begins at x = `begin` (m) of the straight tail.
 
-    `origin` and `heading` (rad from +x) are its start on the bent board. `radius` (m) is positive for an arc to the
-    left, negative for an arc to the right, and None for a straight part.
+    `origin` and `heading` (rad from +x) are its start point and direction on the bent board. `radius` (m) is positive
+    for an arc to the left, negative for an arc to the right, and None for a straight part.
     """
 
     begin: float

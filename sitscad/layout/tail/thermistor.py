@@ -1,8 +1,8 @@
-"""Place, pads and tracks of a thermistor that is soldered to the board or to the tail's stiffener.
+"""Place, pads and tracks of a thermistor that is soldered to the body or to the tail above its stiffener.
 
 Its two pads lie behind each other along the tail's axis, and both tracks run on the top layer. On a body with coils in
-line, the thermistor lies between the leads, or between leads and edge, where the gap is largest. On another body, it
-lies below all leads. On the tail, and at the root of a tail on a body with a given outline, it is the lowest part.
+line, the thermistor lies in the largest gap between leads, or between leads and edge. On another body, it lies below
+all leads (at smaller y). On the tail, it also lies below all leads.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ THERMISTOR = "TH1"
 """Reference of the thermistor on the board. Its nets are this name with A and B, for its pads 1 and 2."""
 
 CHAMFER = 0.2e-3
-"""Largest length (m) by which the corner of the passing track is cut off."""
+"""Largest length (m) by which the passing track's corner is cut off on each side."""
 
 
 @record
 class ThermistorPlace:
-    """Place of a thermistor across the board, and its rank in the tail.
+    """Place of a thermistor across the board, and its rank in the tail. Heights are y positions (m).
 
-    `rank` counts pairs of tracks from the top of the tail. `passing` is the height (m) of the track that passes the pad
-    next to the tail, and `pads` the height (m) of both pads.
+    `rank` is the position of its pair of tracks in the tail, counted from the top. `passing` is the height of the track
+    that passes the pad next to the tail, and `pads` the height of both pads.
     """
 
     rank: int
@@ -41,17 +41,17 @@ class ThermistorPlace:
 
     @property
     def side(self) -> int:
-        """+1 if the pads lie above the passing track, otherwise -1."""
+        """Side of the passing track on which the pads lie: +1 above, -1 below."""
         return 1 if self.pads > self.passing else -1
 
     @property
     def numbers(self) -> tuple[int, int]:
-        """Positions of the passing and of the other track among the used contacts, from 1 at the top."""
+        """Contact positions of the passing track and of the other track, among the used contacts from 1 at the top."""
         upper = 2 * self.rank + 1
         return (upper, upper + 1) if self.side < 0 else (upper + 1, upper)
 
     def beside(self, lanes: tuple[Lane, ...]) -> tuple[Lane, ...]:
-        """Return the lanes of the coils, with the next rank for each lane below the thermistor."""
+        """Return the lanes of the coils. Lanes below the thermistor have a rank that is higher by 1."""
         return tuple(replace(lane, rank=lane.rank + (lane.rank >= self.rank)) for lane in lanes)
 
     def corner(self, pad: Point) -> tuple[Point, ...]:
@@ -69,10 +69,10 @@ def lowest_place(tail: TailFrame) -> ThermistorPlace | None:
 
 
 def widest_gap(tail: TailFrame, bus: Bus, entries: Sequence[Ends], body: Breadth) -> ThermistorPlace | Shortfall | None:
-    """Return the middle of the largest gap between the leads of coils in line, or between leads and edge.
+    """Return the place in the middle of the largest gap between leads, or between leads and edge, for coils in line.
 
-    `entries` are the points at which the leads of each coil leave the coils, and `body` is the body's y range. A
-    Shortfall if no gap has room. None if the board carries no thermistor.
+    `entries` are the points at which the leads of each coil leave the area of the coils, and `body` is the body's y
+    range. If no gap has room, return the shortfall. None if the board carries no thermistor.
     """
     if (room := tail.thermistor) is None:
         return None
@@ -98,7 +98,7 @@ def place_in_corner(
 
     Places are tried from the height in the tail down to the body's edge at y = `low` (m). `obstacles` are the leads,
     `front` is the x (m) beyond all coils, and `pitch` (m) the least centre distance of the two tracks. The tracks rise
-    by 45 degrees beside the taper. A Shortfall if no place is free.
+    at 45 degrees beside the taper. If no place is free, return the shortfall.
     """
     room, lowest = tail.thermistor, lowest_place(tail)
     assert room is not None and lowest is not None

@@ -45,7 +45,7 @@ class Descent:
 
     @property
     def parts(self) -> bool:
-        """Whether the track moves away from the axis or keeps its distance."""
+        """Whether the distance of the track from the axis increases or stays equal in the funnel."""
         return abs(self.height) >= abs(self.entry.y)
 
     @property
@@ -54,7 +54,7 @@ class Descent:
         return Point(self.bend + abs(self.climb), self.height)
 
     def neck(self, length: float) -> Path:
-        """Return the track's centre line: from its entry over both bends, and then `length` (m) along its lane."""
+        """Return the track's centre line: from its start over both bends, and then `length` (m) along its lane."""
         bend = Point(self.bend, self.entry.y)
         return polyline([self.entry, bend, self.foot, self.foot.shifted(length, 0.0)])
 
@@ -62,8 +62,9 @@ class Descent:
 def descents(funnel: float, entries: Sequence[Point], heights: Sequence[float], pitch: float) -> list[Descent]:
     """Return the tracks of one layer from x = `funnel` (m) to lanes at the given heights (m).
 
-    `pitch` (m) is the smallest centre distance of two tracks. Tracks that move away from the axis bend one after the
-    other, the outermost first. Other tracks bend at once, or later if the track before them moves to the same side.
+    `entries` are the start points of the tracks, and `pitch` (m) is the smallest centre distance of two tracks. Tracks
+    that move away from the axis bend one after the other, the outermost first. Other tracks bend immediately, or later
+    if their neighbour moves to the same side.
     """
     tracks = [Descent(entry, height, funnel) for entry, height in zip(entries, heights, strict=True)]
     outermost = max((abs(way.entry.y) for way in tracks if way.parts), default=0.0)
@@ -84,9 +85,9 @@ Ends = tuple[Point, Point]  # Where a coil's two conductors (A, B) enter the fun
 
 @record
 class Run:
-    """A conductor from the funnel to its contact.
+    """A conductor from the beginning of the funnel to its contact.
 
-    `neck` is the track in the funnel. `lane` lists the tracks and vias of the tail in order. `pad` is the contact, and
+    `neck` is the track in the funnel. `lane` lists the tracks and vias in the tail, in order. `pad` is the contact, and
     `chip_pad` the pad of a capacitor (None if there are no capacitors).
     """
 
@@ -102,7 +103,7 @@ class Run:
 
 
 def _numbers(bus: Bus, lane: Lane, entries: Ends) -> tuple[int, int]:
-    """Return the positions, among the used contacts from 1 at the top, of a coil's ends A and B."""
+    """Return the contact positions of a coil's ends A and B, among the used contacts from 1 at the top."""
     first = 2 * lane.rank + 1
     return (first, first + 1) if bus.is_stacked or entries[0].y >= entries[1].y else (first + 1, first)
 
@@ -111,10 +112,11 @@ def ways_down(
     bus: Bus, tail: TailFrame, lanes: tuple[Lane, ...], entries: list[Ends], flat_ends: Sequence[Point] = (),
     flat_numbers: Sequence[int] = (),
 ) -> list[tuple[Descent, Descent]]:
-    """Return the tracks in the funnel of each coil's conductors A and B, from their entry points to their lanes.
+    """Return the tracks in the funnel, one pair (conductors A and B) for each coil. Each track ends in its lane.
 
-    `flat_ends` are the entry points of the thermistor's two tracks, and `flat_numbers` the positions of these tracks
-    among the used contacts. If there are any, this pair is the last.
+    `entries` are the points at which the conductors enter the funnel. `flat_ends` are these points for the thermistor's
+    two tracks, and `flat_numbers` the positions of these tracks among the used contacts. If the board has a thermistor,
+    its pair is the last.
     """
     flat_heights = [track_height(tail, number) for number in flat_numbers[: len(flat_ends)]]
     if bus.is_stacked:  # both at the pair's middle, above each other on two layers
@@ -130,7 +132,7 @@ def ways_down(
 
 
 def stretched(rules: DesignRules, bus: Bus, tail: TailFrame, pairs: list[tuple[Descent, Descent]]) -> TailFrame:
-    """Return the tail, made longer if tracks reach their lanes too late, and moved if outer tracks bend too late.
+    """Return the tail, longer if tracks reach their lanes too late, and moved if outer tracks bend too late.
 
     `pairs` are the tracks in the funnel of each coil's two conductors.
     """
@@ -184,9 +186,10 @@ def _run(fpc: FpcSpec, bus: Bus, tail: TailFrame, lane: Lane, way: Descent, numb
 
 
 def down_to_contact(tail: TailFrame, height: float, contact: Pad) -> list[Point]:
-    """Return the corner points of a track at `height` (m) in the tail, down to the middle of its contact.
+    """Return the corner points of a track from the tail to the middle of its contact.
 
-    Tracks farther apart than the contacts draw together before them.
+    `height` (m) is the track's y in the tail. If tracks are farther apart than contacts, they converge before the
+    contacts.
     """
     if (shift := abs(height - contact.centre.y)) < SAME:
         return [contact.centre]
@@ -195,7 +198,7 @@ def down_to_contact(tail: TailFrame, height: float, contact: Pad) -> list[Point]
 
 
 def unused_contacts(tail: TailFrame) -> tuple[Pad, ...]:
-    """Return the contacts that no coil uses. Their copper has no net and gives the plug its full width."""
+    """Return the contacts that no coil uses. Their copper has no net, but a plug needs all its contacts."""
     used = range(tail.row.first, tail.row.first + tail.row.used)
     return tuple(bare_contact(tail, number) for number in range(1, tail.row.count + 1) if number not in used)
 
