@@ -36,8 +36,8 @@ The results of one design take half a megabyte.
 class Solutions:
     """Store of results that can be written to a cache file.
 
-    `known` maps the SHA-256 hash of the inputs to the result. `asked` holds the keys used since the last `forget`, in
-    the order of their first use.
+    `known` maps the SHA-256 hash of the inputs to the result. `asked` holds the hashes used since the last call of
+    `forget`, in the order of their first use.
     """
 
     def __init__(self, results: Mapping[str, Answer] | None = None) -> None:

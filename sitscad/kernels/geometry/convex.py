@@ -239,7 +239,7 @@ class Footprint:
     def overhang_beyond(self, ground: Path) -> float:
         """Return the largest distance (m) by which the plate projects beyond the convex outline `ground`.
 
-        It is negative if the whole plate lies inside: minus its smallest distance from the outline.
+        If the whole plate lies inside, the result is negative: minus its smallest distance from the outline.
         """
         if self.is_round:
             return signed_distance(ground, self.centre) + self.size[0] / 2

@@ -137,8 +137,8 @@ class Arc:
     def flattened(self, tolerance: float) -> list[Point]:
         """Return points on the arc, from start to end, to be joined by chords.
 
-        The chords stay within `tolerance` (m) of the arc. For an angle `step` between points, the distance of the chord
-        is r (1 - cos(step / 2)).
+        The chords stay within `tolerance` (m) of the arc. For an angle `step` between points, the largest distance
+        between chord and arc is r (1 - cos(step / 2)).
         """
         radius, sweep = self.radius, self.sweep
         if radius <= tolerance:

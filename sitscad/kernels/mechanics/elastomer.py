@@ -128,7 +128,7 @@ BARE = Surround()
 """No material round the loaded face."""
 
 EVEN = 0.2
-"""Largest validated difference of the widest and the narrowest rim of the four sides, divided by the pad thickness."""
+"""Largest validated difference between a pad's widest and narrowest rim (of four), divided by its thickness."""
 
 
 def even_rim(pad: Face, face: Face, offset: tuple[float, float], thickness: float) -> float | None:

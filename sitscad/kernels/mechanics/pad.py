@@ -332,10 +332,13 @@ class BondedPad:
         -----
         The expansion in thickness is exact at rest, by the reciprocal theorem: the mean of 3 times the pressure in a
         pressed pad is 3 (1 - 2 G/E) times its normal stress. G is the shear modulus, and E the normal stress divided by
-        the strain. Under load, a warm pad is cold rubber with a modulus of 1 + `growth` that fills (1 + `growth`)^3 of
-        the volume. Rubber flows outwards more easily through the thicker gap, but shear becomes no softer. Thickness
-        and modulus of the result have this stiffness. Compared with finite elements up to 20 % strain, errors of the
-        target's lift are 4 % of its value at rest, or 10 % for an exponent of 3.25 (tests/mechanics/test_pad.py).
+        the strain.
+
+        Under load, a warm pad is equivalent to cold rubber with (1 + `growth`)^3 times the volume and 1 + `growth`
+        times the modulus. Rubber flows outwards more easily through the thicker gap, but shear becomes no softer. The
+        thickness and the modulus of the result are chosen for this stiffness. Compared with finite elements up to 20 %
+        strain, errors of the target's lift are 4 % of its value at rest, or 10 % for an exponent of 3.25
+        (tests/mechanics/test_pad.py).
         """
         rise = growth * self.expansion_factor
         stiffer, around = (1.0 + growth) * (1.0 + rise), self.surround

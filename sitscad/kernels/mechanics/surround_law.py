@@ -3,8 +3,8 @@
 A film of thickness t and relative modulus m covers the sides of pad and target like a wall. Its force is proportional
 to t m and to the perimeter of the face. It hinders the bulging of the pad, and buckles if it is thin and stiff. The
 remaining factors are smooth functions of the logarithms of m, t and the shape factor. Their terms are in
-`sitscad/data/pad_films.csv`, fitted by tests/validation/fit_films.py to finite elements of films
-(tests/validation/pad_figures.csv). A film of the pad's own rubber was fitted to a wider pad.
+`sitscad/data/pad_films.csv`. They were fitted by tests/validation/fit_films.py to finite elements of films
+(tests/validation/pad_figures.csv). A film of the pad's own rubber counts as a wider pad in this fit.
 
 Webs are strips of the pad's own rubber and thickness that join a pad to its neighbours. A web hinders the bulging of
 its side, and is pulled and sheared itself. Its effect is proportional to its width, and independent of its length if it

@@ -12,14 +12,14 @@ Approximation Methods for Elliptic Boundary Value Problems, 2008, chapter 6).
 
 Inside, the field has two parts. The first is the gradient of the harmonic extension of phi. The second comes from the
 currents and has no tangential component on the surface. In a box, each component of the second part is a series of
-sines along two edges and cosines along the third. Each term decays on its own, by the ratio of lambda, the square of
-its wave number, to g = j omega mu0 mu sigma. So
+sines along two edges and cosines along the third. Each term decays independently. Its decay depends on lambda / g,
+where lambda is the square of its wave number and g = j omega mu0 mu sigma. So
 
-    T = mu (S - D),    D = sum over terms of g / (lambda + g) times the squared coefficient of grad phi,
+    T = mu (S - D),    D = sum over terms of g / (lambda + g) times the squared coefficient of grad phi.
 
-without the terms that are gradients themselves, because gradients carry no current. The formula is exact for sines and
-cosines. Here it is applied to splines with the same relations (`LineModes`; of the kind in Arnold, Falk and Winther,
-Acta Numerica 15, 2006). T is stationary about the true field. Derived here.
+The sum excludes terms that are gradients themselves, because gradients carry no current. The formula is exact for sines
+and cosines. Here it is applied to splines with the same relations (`LineModes`; of the kind in Arnold, Falk and
+Winther, Acta Numerica 15, 2006). A small error of the field changes T in second order only. Derived here.
 """
 
 from __future__ import annotations

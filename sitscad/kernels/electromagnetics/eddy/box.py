@@ -51,8 +51,9 @@ THICKNESS = 2
 class BoxFunctions:
     """Stream functions of one parity (1 even, -1 odd) along each of x, y and z.
 
-    `numbers` (functions along a, along b; one array per normal axis) are the numbers of each face's functions. `kept`
-    flags the functions in use among all numbers. `inductance` (n, n; H) and `body` are for the functions in use.
+    All products of functions along the axes are numbered. `numbers` (functions along a, along b; one array per normal
+    axis) are the numbers of each face's functions. `kept` flags the functions in use. `inductance` (n, n; H) and `body`
+    are for the functions in use.
     """
 
     parity: Parity

@@ -23,7 +23,7 @@ from sitscad.kernels.electromagnetics.eddy.image import ImageModes, Mirror, sum_
 from sitscad.kernels.electromagnetics.eddy.surface import Metal, Surface, solve_currents
 
 Answered: TypeAlias = tuple[ComplexArray, ComplexArray | None, ComplexArray | None]
-"""Change of inductance (H), response of the image patterns to the coils (no unit), and to each other (1/H)."""
+"""Change of inductance (H); responses of the image's current patterns to coils (no unit) and to each other (1/H)."""
 
 AT_ONCE = 100_000
 """Largest number of target points, summed over coils and poses, for one evaluation of fields. It limits memory."""
@@ -75,10 +75,7 @@ class SolvedTarget:
 
     @cached_property
     def image_inductance(self) -> ComplexArray | None:
-        """Currents per flux linkage (patterns, patterns; 1/H) between the patterns of `images`, or None.
-
-        None if there is no mirror.
-        """
+        """Response (patterns, patterns; 1/H) of the current patterns to each other's flux. None if no mirror."""
         if self.images is None:
             return None
         return _complex_from_parts(_sum_class_products(self.images.within, self.image_currents), 1)

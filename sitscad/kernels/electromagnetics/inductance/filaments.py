@@ -297,10 +297,11 @@ def curve_segments_mutual(curve: tuple[Array, Array], segments: SegmentSet, clea
 
 
 def _weighed_potential(points: Array, elements: Array, segments: SegmentSet, clearance: float) -> float:
-    """Return the sum (m; times mu0 / (4 pi): H) of line elements times the vector potential of every segment.
+    """Return the sum (m) of line elements times the vector potential of every segment, without the factor mu0 / (4 pi).
 
-    The elements (n, 2; m) are at points (n, 3; m). `clearance` (m) is the least distance. The integral of 1 / distance
-    along a segment is asinh(a / rho) + asinh(b / rho) (Grover 1946, chapter 6).
+    The elements (n, 2; m) are at points (n, 3; m). `clearance` (m) is the least distance that is assumed. The integral
+    of 1 / distance along a segment is asinh(a / rho) + asinh(b / rho) (Grover 1946, chapter 6). Here a and b are the
+    distances to its ends along the segment, and rho is the distance from its line.
     """
     sides = segments.ends - segments.starts
     lengths = np.hypot(sides[:, 0], sides[:, 1])

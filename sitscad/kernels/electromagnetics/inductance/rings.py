@@ -59,10 +59,10 @@ def mean_ring_inductance(layers: Sequence[SpiralLayer]) -> float:
 
     Notes
     -----
-    Derived here: the squared distance of two rings is from the mean of its logarithm over azimuths. In layers of equal
-    sense, two turns stay beside each other at one of two distances. In crossing layers they pass each other by two
-    pitches in a turn. Widths and thicknesses enter by their second moments. The distance of a track from itself is
-    0.2235 (w + t) (Grover 1946).
+    Derived here. The distance of two rings is a mean over azimuths, because the turns are spirals: the mean logarithm
+    of their distance. In layers of equal sense, two turns lie side by side at one of two distances. In layers of
+    opposite sense, two turns shift against each other by two pitches in a turn. Widths and thicknesses enter by their
+    second moments. The distance of a track from itself is 0.2235 (w + t) (Grover 1946).
     """
     rings, first = mean_rings(layers), layers[0]
     z, sense, angle, circulation, thickness = np.array(

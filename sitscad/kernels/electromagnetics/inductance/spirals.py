@@ -155,7 +155,7 @@ def _panels(centres: Array, low: float, high: float, cuts: list[float]) -> tuple
 
 
 def _parallel_integral(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: Resolution) -> float:
-    """Return Neumann's integral (in lengths `unit`; m) of two spirals of equal sense, over their angles.
+    """Return Neumann's integral of two spirals of equal sense, over their angles, divided by `unit` (m).
 
     `resolution` has the numbers of points.
 
@@ -277,14 +277,14 @@ def _mean_squared_height(height: float, thicknesses: tuple[float, float], levels
 
 
 def _crossing_integral(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: Resolution) -> float:
-    """Return Neumann's integral (in lengths `unit`; m) of two spirals of opposite sense, which cross each other.
+    """Return Neumann's integral of two spirals of opposite sense, which cross each other, divided by `unit` (m).
 
     `resolution` has the numbers of points.
 
     Notes
     -----
     Derived here. The variables are the sum of both angles and the difference of radii, `gap`. The integrand has its
-    peak at a gap of 0. The product of the line elements is that in `_parallel_integral` with the sign of one angle
+    peak at a gap of 0. The product of the line elements is as in `_parallel_integral`, with the sign of one angle
     reversed.
     """
     b = first.pitch / (2.0 * math.pi * unit)

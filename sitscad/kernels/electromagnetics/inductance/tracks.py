@@ -297,8 +297,8 @@ def winding_inductance(tracks: Sequence[Track], strands: tuple[int, int] = (2, 3
 
     Notes
     -----
-    Neumann's integral over strands. They are placed so that the geometric mean distance of the track is kept (Grover
-    1946).
+    Neumann's integral over strands. The distances of strands have a correction, so that they have the geometric mean
+    distance of the tracks (Grover 1946).
     """
     layers = [(i, j, 1.0 if i == j else 2.0) for i in range(len(tracks)) for j in range(i, len(tracks))]
     return _neumann(tracks, layers, strands)

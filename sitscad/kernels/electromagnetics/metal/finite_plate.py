@@ -164,7 +164,7 @@ def plate_loss_ratio(
 
 
 def _changes(plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float, floor: float) -> tuple[Array, float]:
-    """Return the size of the change of inductance by the plate (places) and by an infinite plate, in mu0 pi (m).
+    """Return the size of the change of inductance by the plate (places) and by an infinite plate, over mu0 pi (m).
 
     The arguments are explained in `plate_ratio`. Results are cached by `cached_solution`.
     """
@@ -178,10 +178,10 @@ def _changes(plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float,
 def _solved_changes(
     plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float, floor: float
 ) -> tuple[Array, Array]:
-    """Compute the change of inductance by the plate (places) and by an infinite plate, in mu0 pi (m).
+    """Compute the change of inductance by the plate (places) and by an infinite plate, divided by mu0 pi (m).
 
-    The arguments are explained in `plate_ratio`. The sheet is solved by `_sheet_changes`. The field that the thickness
-    excludes is from `_squared_field_share`.
+    The arguments are explained in `plate_ratio`. The sheet is solved by `_sheet_changes`. The part of the field that
+    falls on the plate is from `_squared_field_share`.
     """
     outer = float(coil.radii.max())
     middle = gap + _sheet_depth(plate, outer)
@@ -202,7 +202,7 @@ def _solved_changes(
 def _sheet_changes(
     is_round: bool, half: Array, offsets: Array, source: Source, detail: float, rooms: Array, most: int, nodes: int
 ) -> Array:
-    """Return the size (planes, places; m, times mu0 pi: H) of the change of inductance by a sheet, for several spectra.
+    """Return the size of the change of inductance by a sheet, over mu0 pi (planes, places; m), for several spectra.
 
     `half` are half sides (m). `source` is (wave numbers, weights, spectra (planes, k)). `detail` (m) is the length over
     which the field varies. `rooms` are distances of the planes from a mirror (m). A rectangle has at most `most`
@@ -357,7 +357,7 @@ def error_with_transitions(value: float, steps: Sequence[tuple[float, float]], l
 
 
 def _infinite_plate_change(k: Array, weights: Array, spectrum: Array, room: float, poles: bool = False) -> float:
-    """Return the size of the change of inductance by an infinite plate, in units of mu0 pi (m).
+    """Return the size of the change of inductance by an infinite plate, divided by mu0 pi (m).
 
     It is the integral of the spectrum's square (Dodd and Deeds 1968) over wave numbers `k` (1/m) with `weights` (1/m).
     `room` (m) is the plate's distance from the mirror; the repeated reflections are a geometric series. With `poles`,
@@ -421,7 +421,7 @@ def _function_count(half: float, detail: float) -> int:
 
 
 def _fluxes(half: Array, offsets: Array, source: Source, counts: tuple[int, int]) -> Array:
-    """Return the flux (s, places, functions along x, along y; m, in units of mu0 / 2) through a rectangle's functions.
+    """Return the flux through a rectangle's functions, divided by mu0 / 2 (s, places, functions along x, along y; m).
 
     `half` (m) are half sides, `offsets` (places, 2; m) positions of the coil's axis, `counts` the numbers of functions
     along x and y. `source` has s spectra (s, k). The field is the integral of k J0(k r) times the spectrum. The flux is
@@ -440,7 +440,7 @@ def _fluxes(half: Array, offsets: Array, source: Source, counts: tuple[int, int]
 
 
 def _sheet_energies(half: Array, counts: tuple[int, int], rooms: Array, flux: Array, nodes: int) -> Array:
-    """Return the size (planes, places; times mu0 pi: H) of the change of inductance by a rectangular sheet.
+    """Return the size of the change of inductance by a rectangular sheet, divided by mu0 pi (planes, places; m).
 
     `flux` (planes, places, functions along x, along y) is the flux through the sheet's functions, `counts` are the
     numbers of functions. The planes have distances `rooms` (m) from a mirror.
@@ -448,7 +448,7 @@ def _sheet_energies(half: Array, counts: tuple[int, int], rooms: Array, flux: Ar
     Notes
     -----
     Derived here: k = |kx| + |ky| - 2 |kx ky| / (k + |kx| + |ky|). The first two terms separate into closed integrals.
-    The last term falls fast enough for plain quadrature at nodes along both sides. If there is a mirror, its echo is k
+    The last term falls fast enough for plain quadrature at nodes along both sides. A mirror adds a reflection of k
     exp(-2 k room).
     """
     q, weights, transforms = _transforms(max(counts), nodes)
@@ -577,7 +577,7 @@ def _transforms(count: int, panel: int) -> tuple[Array, Array, Array]:
 def _disc_change(
     radius: float, offsets: Array, source: Source, detail: float, rooms: Array, poles: bool = False
 ) -> Array:
-    """Return the size (s, places; m, times mu0 pi: H) of the change of inductance by a disc, for s spectra (s, k).
+    """Return the size of the change of inductance by a disc, divided by mu0 pi (s, places; m), for s spectra (s, k).
 
     The planes have distances `rooms` (m) from a mirror. With `poles`, the disc is magnetic. Each angular order is
     solved separately.
