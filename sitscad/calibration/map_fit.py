@@ -148,7 +148,7 @@ def fit_unit_map(sensors: Sensors, errors: Array) -> InverseMap:
     right, remainder = _correction_factors(sensors, errors, loads, solved)
     readings = whole.readings * right
     fitted = fit_map(sensors, Samples(readings[:count], whole.rest, whole.forces[:count]), solved[0])
-    noisy = sensors.read(readings[count:], np.random.default_rng(SEED), 1)
+    noisy = sensors.noisy_frequencies(readings[count:], np.random.default_rng(SEED), 1)
     by_form = fitted(noisy, whole.rest) - whole.forces[count:] * sensors.range.full_scales
     by_chart = fitted(solved[1:] * remainder, solved[0]) - fitted(readings[:SOLVED_LOADS], whole.rest)
     return replace(fitted, error=np.sqrt(np.mean(by_form**2, axis=0) + np.mean(by_chart**2, axis=0)))

@@ -276,7 +276,7 @@ def candidate_loads(sensors: Sensors, count: int) -> Array:
             if len(axes) == 2 or abs(way[0]) > 0.99:
                 directions.append(share * way[: len(axes)])
     levels = LEVELS * math.ceil(count / (LEVELS * len(directions)))
-    loads = scope.loads([(step / levels, *way) for step in range(1, levels + 1) for way in directions])
+    loads = scope.loads_at([(step / levels, *way) for step in range(1, levels + 1) for way in directions])
     return np.array([[0.0 if abs(part) < 1e-9 else float(f"{part:.3g}") for part in load] for load in loads])
 
 

@@ -372,7 +372,7 @@ class Sensors:
         return [state.frequency for state in states]
 
     @cached_property
-    def rounding(self) -> Array:
+    def rounding_noise(self) -> Array:
         """Relative standard deviation of frequency by rounding to counts (coils).
 
         Averaging readings does not reduce it.
@@ -380,7 +380,7 @@ class Sensors:
         return np.array([self.conversion.rounding(each) / each for each in self.rest_frequencies])
 
     @cached_property
-    def counting(self) -> Array:
+    def counting_noise(self) -> Array:
         """Relative standard deviation of frequency by the counting noise of one reading (coils).
 
         Averaging several readings reduces it.
@@ -394,9 +394,9 @@ class Sensors:
 
     def mean_noise(self, readings: int) -> Array:
         """Return the relative standard deviation of frequency for the mean of `readings` readings (coils)."""
-        return np.asarray(np.hypot(self.counting / math.sqrt(readings), self.rounding))
+        return np.asarray(np.hypot(self.counting_noise / math.sqrt(readings), self.rounding_noise))
 
-    def read(self, frequency: Array, generator: np.random.Generator, readings: int | None = None) -> Array:
+    def noisy_frequencies(self, frequency: Array, generator: np.random.Generator, readings: int | None = None) -> Array:
         """Return frequencies (Hz; n, coils) with random noise, each as the mean of `readings` readings.
 
         The default number of readings is `usual("readings")`.

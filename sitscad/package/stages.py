@@ -23,7 +23,7 @@ from sitscad.basics.record import record
 from sitscad.checks.findings import as_json, numbered_places, to_json
 from sitscad.checks.policy import Baseline, Policy, baseline_findings
 from sitscad.estimates.design import Design
-from sitscad.estimates.states.cells import live_cells
+from sitscad.estimates.states.cells import cells_for_page
 from sitscad.files.documents import PAPERS
 from sitscad.files.documents.drawings import fit, jaw, plan_view
 from sitscad.files.documents.drawings import stackup as stackup_drawing
@@ -537,8 +537,10 @@ def _view_data(contents: Contents, files: Mapping[str, bytes], sensing: Mapping[
     weakest = design.cells.weakest
     conversion = weakest.estimates.readout.conversion
     if (pushed := pushed_document(weakest.layout, conversion, sensing, calibration)) is not None:
-        cells = {"cells": live_cells(design.spec, design.estimates, design.cells.skin.crosstalk)} if has_cells else {}
-        views["pushed"] = pushed | cells
+        views["pushed"] = pushed
+        if has_cells:
+            cells = cells_for_page(design.spec, design.estimates, design.cells.skin.crosstalk)
+            views["pushed"] = pushed | {"cells": cells}
     return views
 
 

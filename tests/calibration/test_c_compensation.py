@@ -70,7 +70,7 @@ def headers(design):
 @pytest.mark.clients("gcc")
 def test_forces_of_a_warmed_sensor_are_compensated(tmp_path, cold):
     design = Design(cold.replace("readout.thermistor.part", "ncp18xh103f03rb"))
-    full = design.sensing.solved.bench.full
+    full = design.sensing.solved.bench.full_scales
     loads = np.array([[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [1.0, 0.0, 0.0], [0.5, 0.3, 0.0]]) * [
         full["normal"], full["shear_x"], 0.0]
     counts, tare = warmed_counts(design, loads, WARM)
@@ -91,7 +91,7 @@ def test_compensated_force_is_constant_during_warming(tmp_path, cold):
     """17 K in ten minutes under full load, with the lag of the pad that is stated for this rate."""
     design = Design(cold.replace("readout.thermistor.part", "tmp117"))
     solved = design.sensing.solved
-    full, lag = solved.bench.full["normal"], solved.warmed[-1].compensation.lag
+    full, lag = solved.bench.full_scales["normal"], solved.warmed[-1].compensation.lag
     temperatures = np.linspace(COLD, WARM, 5)
     series = [warmed_counts(design, np.array([[full, 0.0, 0.0]]), each, lag * (each > COLD)) for each in temperatures]
     rows = [(kelvin, *counts[0]) for kelvin, (counts, _) in zip(temperatures - COLD, series, strict=True)]

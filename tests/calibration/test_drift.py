@@ -174,7 +174,7 @@ def test_error_of_simulated_units_agrees_with_predicted_drift(design, planned, c
             size=len(model.sigmas))
         repeated = compensation_figure("repeatability") * loads[:, :1] * generator.normal(size=(len(loads), 1))
         drift = (celsius - COLD)[:, None] * (causes @ own) + repeated * force
-        read = sensors.read(cold * np.exp(drift), generator)
+        read = sensors.noisy_frequencies(cold * np.exp(drift), generator)
         points = planned_points(loads, read)
         sensed = celsius + sensing.warmed[-1].compensation.reading.noise * generator.normal(size=len(celsius))
         fit = fit_drift(model, calibrated.map, points, sensed, base, tuple(range(len(loads))), None)

@@ -70,7 +70,7 @@ def test_loads_displaced_by_100_um_are_within_stated_error():
     put = loads.copy()
     put[:, 4] += 1e-4 * put[:, 0]
     generator = np.random.default_rng(1)
-    read = Points(loads, None, sensors.read(sensors.frequencies_under(errors, put, exact=True), generator),
+    read = Points(loads, None, sensors.noisy_frequencies(sensors.frequencies_under(errors, put, exact=True), generator),
                   loads[:, 0] == 0.0)
     made, probe = calibrate_from_points(sensors, read), sensors.range.evenly_spread_loads(40, 7)
     rest = sensors.frequencies_under(errors, np.zeros((1, 5)), exact=True)[0]

@@ -174,7 +174,7 @@ def test_moment_noise_has_expected_size_in_newton_metres(cell):
     assert 1e-6 < noise[1] < 2e-5
     assert noise[1] == approx(noise[2], rel=1e-3)  # the cell is square
     # what stands beside the middle is a moment, not an error: of the normal force alone it was one before
-    assert np.abs(full.contact[1:]).max() < 0.02 * 1e-3 * full.load[0]
+    assert np.abs(full.contact_errors[1:]).max() < 0.02 * 1e-3 * full.load[0]
 
 
 def test_moment_to_force_ratio_gives_contact_position(cell):

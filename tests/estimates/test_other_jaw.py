@@ -17,7 +17,7 @@ from sitscad.estimates.design import Design
 from sitscad.estimates.performance_values import OTHER_JAW_CAUSES, combined_error
 from sitscad.estimates.states.other_jaw import GRASPED, estimate_other_jaw_changes, front_plate, other_jaw_changes
 from sitscad.estimates.states.placed import TargetPoses, target_centre_at_rest
-from sitscad.estimates.states.plate import solved_plate
+from sitscad.estimates.states.plate import make_target_plate
 from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
 from sitscad.spec import templates
 from sitscad.spec.load import load_text
@@ -54,7 +54,7 @@ def by_front(size, room):
     behind = Reflector(BEHIND, (MetalLayer(5.8e7, 1.0, 0.1e-3),))
     result = []
     for front in (None, Reflector(GAP + 0.15e-3 + room, (MetalLayer(STEEL, 1.0, 1.3e-3),))):
-        target = solved_plate(spec.target, spec.coil, coils, (FREQUENCY,), behind, cover, front=front)
+        target = make_target_plate(spec.target, spec.coil, coils, (FREQUENCY,), behind, cover, front=front)
         change = target.changes(placed.turns, placed.places, True)[0][0, 0, 0, 0]
         bare = reflected_inductances(wound.winding.spectrum, np.array([FREQUENCY]), front, behind, (0.0,))[0, 0]
         result.append((float(change.real), float((change + bare).real)))

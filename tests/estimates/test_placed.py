@@ -12,14 +12,14 @@ import pytest
 
 import sitscad
 from sitscad.estimates.states.placed import PoseRange, TargetPoses, target_centre_at_rest
-from sitscad.estimates.states.plate import solved_plate
+from sitscad.estimates.states.plate import make_target_plate
 from sitscad.spec import templates
 
 FREQUENCY = 5e6
 
 
 def _changes(spec, coils, cover, placed):
-    plate = solved_plate(spec.target, spec.coil, coils, (FREQUENCY,), None, cover)
+    plate = make_target_plate(spec.target, spec.coil, coils, (FREQUENCY,), None, cover)
     return np.einsum("pcc->pc", plate.changes(placed.turns, placed.places)[0][0])[:, 0]
 
 

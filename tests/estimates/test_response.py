@@ -19,7 +19,7 @@ from sitscad.estimates import estimated
 from sitscad.estimates.response.model import MAX_WORK, SECONDS_PER_WORK
 from sitscad.estimates.states.near import interpolate_over_band
 from sitscad.estimates.states.placed import PoseRange, TargetPoses
-from sitscad.estimates.states.plate import sheet_spectrum, solved_plate, solving_work
+from sitscad.estimates.states.plate import make_target_plate, sheet_spectrum, solving_work
 from sitscad.estimates.states.scan import FEW, Changes, ExactSolver, changes_at_poses
 from sitscad.kernels.electromagnetics.eddy.target import changes_at
 from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
@@ -249,7 +249,7 @@ def test_interpolated_target_change_agrees_with_solution_between_frequencies(met
     coils, band, level = sitscad.lay_out(spec).coils, (8e6, 10.2e6), np.eye(3)[None]
     place = np.array([[0.0, 0.0, 0.8e-3]])
     ends, middle = (
-        solved_plate(spec.target, spec.coil, coils, some, None, PoseRange(0.7e-3, 4e-3, (2e-3, 2e-3))).changes(
+        make_target_plate(spec.target, spec.coil, coils, some, None, PoseRange(0.7e-3, 4e-3, (2e-3, 2e-3))).changes(
             level, place)[0]
         for some in (band, (9e6, 9.1e6))
     )

@@ -70,7 +70,8 @@ def test_simulated_forces_are_recovered_within_stated_error(tmp_path, capsys, na
     frequencies = sensors.frequencies_under(source.errors[0], loads, exact=True)
     text, given = _driven(result, source, tmp_path, frequencies), loads[1:, scope.columns]
     generator, true = np.random.default_rng(1), result.map(frequencies[1:], frequencies[0])
-    noisy = [result.map(sensors.read(frequencies[1:], generator, 1), frequencies[0]) - true for _ in range(20)]
+    noisy = [result.map(sensors.noisy_frequencies(frequencies[1:], generator, 1), frequencies[0]) - true
+             for _ in range(20)]
     noise = np.sqrt(17 / 16 * np.mean(np.square(noisy), axis=(0, 1)))
     off = np.sqrt(np.mean((text - given) ** 2, axis=0))
     stated = np.hypot(result.map.error, noise)

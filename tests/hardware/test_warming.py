@@ -48,7 +48,7 @@ class WarmUp:
         self.design = Design(spec.replace(key, value))
         cells, course = self.design.cells, parse_ambient(f"{COLD}:{WARM}", 60.0 * MINUTES)
         bench = cells.by_number(1).sensing.solved.bench
-        self.times, self.full = np.linspace(0.0, 60.0 * MINUTES, POINTS), bench.full["normal"]
+        self.times, self.full = np.linspace(0.0, 60.0 * MINUTES, POINTS), bench.full_scales["normal"]
         self.loads = np.tile([self.full, 0.0, 0.0], (POINTS, 1))
         self.celsius, self.pad = course.board(self.times), course.pad(self.times, pad_time_constant(
             self.design.spec.elastomer, self.design.spec.target))

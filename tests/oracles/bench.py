@@ -26,5 +26,5 @@ def simulated(
     off = generator.normal(size=given.shape) * (usual_value("force") * size)[:, None] * scale
     off[1:] += hysteresis * scale * generator.uniform(-0.5, 0.5, size=off[1:].shape) * (size[1:, None] > 0.0)
     off[:, 0] = np.maximum(off[:, 0], -given[:, 0])
-    frequency = sensors.read(sensors.frequencies_under(errors, given + off, exact=True), generator)
+    frequency = sensors.noisy_frequencies(sensors.frequencies_under(errors, given + off, exact=True), generator)
     return Points(given, None, frequency, size == 0.0)

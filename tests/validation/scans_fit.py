@@ -24,7 +24,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from sitscad.estimates.states.placed import PoseRange
-from sitscad.estimates.states.plate import solved_plate
+from sitscad.estimates.states.plate import make_target_plate
 from sitscad.kernels.electromagnetics.eddy.target import rotation_matrices
 from sitscad.kernels.electromagnetics.polynomials import chebyshev_points, evaluate_polynomials
 from sitscad.layout import lay_out
@@ -68,7 +68,8 @@ def tabulated(coil: str, size: float, fill: float, target: str, across: float, t
     spec = sensor(coil, size, fill, target, across)
     band = 0.95 * FREQUENCY, 1.05 * FREQUENCY
     half = 0.5 * spec.target.size[0], 0.5 * spec.target.size[1]
-    plate = solved_plate(spec.target, spec.coil, lay_out(spec).coils, band, None, PoseRange(GAPS[0], 8.0 * MM, half))
+    cover = PoseRange(GAPS[0], 8.0 * MM, half)
+    plate = make_target_plate(spec.target, spec.coil, lay_out(spec).coils, band, None, cover)
     x, y, gap = (part.ravel() for part in np.meshgrid(*axes(), indexing="ij"))
     places = np.stack([x, y, np.exp(gap)], axis=1)
     turns = np.tile(rotation_matrices(np.radians([[0.0, turn, 0.0]])), (len(places), 1, 1))

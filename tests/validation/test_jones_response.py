@@ -25,7 +25,7 @@ from wound_boards import of  # noqa: E402
 
 from sitscad import estimate, lay_out, load_text  # noqa: E402
 from sitscad.estimates.states.placed import PoseRange  # noqa: E402
-from sitscad.estimates.states.plate import solved_plate  # noqa: E402
+from sitscad.estimates.states.plate import make_target_plate  # noqa: E402
 from sitscad.kernels.electromagnetics.constants import skin_depth  # noqa: E402
 from sitscad.kernels.electromagnetics.eddy.target import rotation_matrices  # noqa: E402
 from sitscad.kernels.electromagnetics.metal.finite_plate import CoaxialRings, FinitePlate, plate_ratio  # noqa: E402
@@ -86,7 +86,7 @@ def changes(spec, gaps, moves, turns=None):
     lowest = float((places[:, 2] - tilt).min())
     half = 0.5 * spec.target.size[0], 0.5 * spec.target.size[1]
     cover = PoseRange(lowest, 9.0 * MM, half)
-    plate = solved_plate(spec.target, spec.coil, coils, (FREQUENCY, 1.05 * FREQUENCY), None, cover)
+    plate = make_target_plate(spec.target, spec.coil, coils, (FREQUENCY, 1.05 * FREQUENCY), None, cover)
     return 1e6 * np.einsum("pcc->pc", plate.changes(rotation_matrices(angles), places)[0][0].real)
 
 

@@ -94,7 +94,7 @@ class WarmedDesign:
     def loads(self) -> Array:
         """Loads (3, 3; N): rest, full normal force, and this force with the full shear along x."""
         rest, full = self.design.sensing.solved.warmed[0].load, self.full.load
-        return np.vstack([rest, loads_on_axis(full, "shear_x", np.array([0.0, self.bench.full["shear_x"]]))])
+        return np.vstack([rest, loads_on_axis(full, "shear_x", np.array([0.0, self.bench.full_scales["shear_x"]]))])
 
     def readings(self, celsius: float, warmer: float, expansion: float, stiffening: float, loads: Array) -> Array:
         """Readings (n, coils) under loads, with metal at `celsius` and a pad that is `warmer` by kelvins.

@@ -16,7 +16,7 @@ from sitscad.estimates.design import Design
 
 reference_change = late("sitscad.estimates.states.other_jaw", "reference_change")
 solved_signal = late("sitscad.estimates.states.reference", "reference_signal")
-metal_share = late("sitscad.estimates.states.reference", "metal_share")
+metal_change_ratio = late("sitscad.estimates.states.reference", "metal_change_ratio")
 
 KEY = "array.reference.offset"
 
@@ -65,7 +65,7 @@ def reference_metal(design: Design) -> Iterator[Verdict]:
     if jaw is not None and jaw.fenestration is not None:
         # the sensing coils without their target, before the same jaw
         bare = [estimated(layout.without_target(coil)).coils[0] for coil in layout.sensing.coils[:1]]
-        shares = metal_share(estimates.reference), metal_share(bare[0])
+        shares = metal_change_ratio(estimates.reference), metal_change_ratio(bare[0])
         difference = abs(shares[0] - shares[1])
         if difference > UNEQUAL * abs(shares[1]):
             yield violation_of(

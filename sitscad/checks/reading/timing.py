@@ -172,8 +172,8 @@ def crosstalk(design: Design) -> Iterator[Verdict]:
         return
     if design.spec.encapsulation is not None:
         yield not_checked("film-crosstalk")
-    groups = [f"{group.words} by {show(100.0 * group.stiffer, '%', 2)}, pressed by {show(100.0 * group.strain, '%', 3)}"
-              for group in design.cells.skin.groups]
+    groups = [f"{group.numbers_text} by {show(100.0 * group.stiffer, '%', 2)}, "
+              f"pressed by {show(100.0 * group.strain, '%', 3)}" for group in design.cells.skin.groups]
     yield violation_of(
         "cell-crosstalk", design.spec.array.distance_key, change.total, limit.value,
         hint="cell-crosstalk-webs" if change.webs else "",

@@ -237,11 +237,11 @@ def _reflection(
                                 (float(more), float(lost)), target.crowding_function(around.name, number))
     share, unsure = (1.0, 1.0), (0.0, 0.0, 0.0)
     if isinstance(target, TargetRatios) and around.above is not None:
-        share = target.of(name, around.name)
+        share = target.ratios_for(name, around.name)
         unsure = target.error, target.loss_error, FAINT * winding.inductance * bool(target.error)
         if missing is not None:
             endless = Reflection(spectrum, around, distances).infinite_plate_change(FREQUENCY).real
-            more = float(missing.factor(np.array(share[0] * endless)))
+            more = float(missing.target_factor(np.array(share[0] * endless)))
             share = share[0] * more, share[1] * more
             unsure = unsure[0] + missing.growth_error, unsure[1] + missing.growth_error, unsure[2]
     return Reflection(spectrum, around, distances, share, winding.crowding, unsure, winding.is_rough)

@@ -223,7 +223,7 @@ class Band:
     low: float
     high: float
 
-    def share_above(self, limit: float) -> float:
+    def fraction_above(self, limit: float) -> float:
         """Return the fraction of manufactured coils with a frequency above `limit` (Hz), for a normal distribution."""
         return 0.5 * math.erfc((limit - self.design) * SIGMAS / ((self.high - self.design) * math.sqrt(2.0)))
 

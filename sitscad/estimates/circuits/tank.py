@@ -82,7 +82,7 @@ class CoilCircuit:
         if self.reflections[state].is_rough:
             band = int(band_numbers(frequencies.mean()))
             weights = barycentric_weights(frequency_points(band), np.log(frequencies))
-            change, lost = (weights @ self.curve("crowding_changes", state, band)).T
+            change, lost = (weights @ self.impedance_nodes("crowding_changes", state, band)).T
         else:
             change, lost = self.crowding_changes(state, frequencies)
         added = self.resistance * (self.loss.resistance_ratios(frequencies) - 1.0)
@@ -126,7 +126,7 @@ class CoilCircuit:
         inductance, resistance = terminal_impedances([self], [state], frequencies[None, None])
         return inductance[0, 0], resistance[0, 0]
 
-    def curve(self, of: str, state: str, band: int) -> Array:
+    def impedance_nodes(self, of: str, state: str, band: int) -> Array:
         """Return inductance (H) and resistance (ohm) of a state at the Chebyshev points of a band: (`POINTS`, 2).
 
         `of` is the name of the method of this class that computes them.
@@ -161,7 +161,7 @@ def terminal_impedances(
         inside = bands == band
         values = np.zeros((*frequencies.shape[:2], POINTS, 2))
         for coil, state in np.argwhere(inside.any(axis=2)).tolist():
-            values[coil, state] = circuits[coil].curve("exact_impedance", states[state], band)
+            values[coil, state] = circuits[coil].impedance_nodes("exact_impedance", states[state], band)
         weights = barycentric_weights(frequency_points(band), np.log(frequencies[inside]))
         impedance[:, inside] = np.einsum("ni,nij->jn", weights, values[np.nonzero(inside)[:2]])
     return impedance[0], impedance[1]

@@ -224,9 +224,9 @@ def resistance_slopes(
     tau is proportional to w t. In the field of neighbours and of their images, s is proportional to w^3 t. In the
     track's own field, s is proportional to w t. Let E be the extra loss with metal around, and E' = dE / d ln omega. At
     low frequencies, the neighbours' field results in dE / d ln w = E + E' and dE / d ln t = -E + E'. The track's own
-    field results in -E + E' for both. `extra_factors` (EXTRA) extend this to frequencies at which E' is not larger
-    than E. If the coil becomes larger and the width of its tracks does not change, dE / d ln(diameter) = -E. Leads have
-    a separate extra loss.
+    field results in -E + E' for both. `extra_factors` (EXTRA) extend this to higher frequencies, at which E' falls from
+    2 E to E. If the coil becomes larger and the width of its tracks does not change, dE / d ln(diameter) = -E. Leads
+    have a separate extra loss.
     """
     direct, (extra, growth) = circuit.resistance, crowded
     lead, (more_lead, of_lead) = _lead_growth(circuit, frequency)

@@ -87,7 +87,7 @@ class WorkingRange:
         """Lower ends of the measured axes, as fractions of full scale: 0 for the normal force, -1 for others."""
         return np.array([0.0 if name == "normal" else -1.0 for name in self.axes])
 
-    def loads(self, places: Sequence[Sequence[float]] | Array) -> Array:
+    def loads_at(self, places: Sequence[Sequence[float]] | Array) -> Array:
         """Return loads (n, 3 or 5; N, N m) from fractions of full scale on the measured axes: `places` (n, axes)."""
         loads = np.zeros((len(places), self.width))
         loads[:, self.columns] = np.asarray(places) * self.full_scales

@@ -40,7 +40,7 @@ class LoadModel:
     frequencies_at_any_tilt: Callable[[Array], Array]
 
     @property
-    def full(self) -> Mapping[str, float]:
+    def full_scales(self) -> Mapping[str, float]:
         """Full scales (N, N m) of all axes, measured or not; 0 for moments that are not measured."""
         return self.range.limits
 

@@ -153,7 +153,7 @@ class PointErrors:
         return DEGREE if required is None else required
 
     @property
-    def tilts(self) -> Array:
+    def tilt_slopes(self) -> Array:
         """Derivatives (axes, 3; N/rad) of the measured load on every axis with respect to rx, ry, rz at zero tilt.
 
         For a single coil they are almost 0, but finite tilts still have an effect. For moment axes, the moment of the
@@ -187,7 +187,7 @@ class PointErrors:
         return np.asarray(np.abs(self.by_tilt(angle)).max(axis=1).T)
 
     @cached_property
-    def contact(self) -> Array:
+    def contact_errors(self) -> Array:
         """Errors (axes, 2; N/mm) by a normal force beside the target's middle, for each mm of distance along x and y.
 
         The target is free to tilt. NaN if the pad buckles. For moment axes, the moment of the force itself is
@@ -397,14 +397,14 @@ class PointErrors:
         widths = [material.hysteresis_shear if name in FORCES[1:] else material.hysteresis_normal for name in names]
         return BRANCH * np.array(widths) * self.bench.range.full_scales
 
-    def unmeasured(self) -> dict[str, Array]:
+    def unmeasured_load_errors(self) -> dict[str, Array]:
         """Return the false readings (N, N m) of every axis by full-scale forces along axes that are not measured.
 
         The keys are the names of the axes of these forces, which the coils cannot measure.
         """
         errors = {}
         for name in (axis for axis in FORCES if axis not in self.bench.range.axes):
-            ends = self.bench.full[name] * np.array([1.0, -1.0])
+            ends = self.bench.full_scales[name] * np.array([1.0, -1.0])
             readings = self.bench.readings(self.bench.poses(np.vstack([self.load,
                                                                        loads_on_axis(self.load, name, ends)])))
             errors[name] = np.abs(
@@ -428,9 +428,9 @@ class PointErrors:
             "curved map": map_errors,
             **self._drifts(),
             f"{TILTED}{degrees} degree{'s' * (degrees != '1')}": np.hypot(*self.tilt_errors(self.tilt).T),
-            "twist of 1 degree": DEGREE * np.abs(self.tilts[:, 2]),
-            "contact 0.1 mm beside the middle": 0.1 * np.hypot(*self.contact.T),
-            **{f"{name} {UNMEASURED}": error for name, error in self.unmeasured().items()},
+            "twist of 1 degree": DEGREE * np.abs(self.tilt_slopes[:, 2]),
+            "contact 0.1 mm beside the middle": 0.1 * np.hypot(*self.contact_errors.T),
+            **{f"{name} {UNMEASURED}": error for name, error in self.unmeasured_load_errors().items()},
         })
 
     def _drifts(self) -> dict[str, Array]:
@@ -452,7 +452,7 @@ class PointErrors:
         They include causes that differ between units. `units` are errors of simulated units, `map_errors` (axes; N, N
         m) the errors of the nonlinear map.
         """
-        normal, scattered = self.bench.full["normal"], tolerance_sigmas(self.bench.spec)
+        normal, scattered = self.bench.full_scales["normal"], tolerance_sigmas(self.bench.spec)
         return self.errors_of_any_unit(map_errors) | self._infinite_if_unmeasurable({
             "modulus, before calibration": units.by_modulus(self.share, normal),
             "manufacture, before calibration": units.at(self.share, normal, False),

@@ -59,7 +59,7 @@ class Curves:
 def curves(sensing: SensingAnalysis) -> Curves:
     """Return the curves of a design, with bands of one sigma by all manufacturing causes."""
     spec, estimates, bench = sensing.bench.spec, sensing.estimates, sensing.bench
-    full = bench.full["normal"]
+    full = bench.full_scales["normal"]
     shears = [name for name in bench.range.axes if name != "normal"]  # and moments
     shear_curves = tuple(_curve(sensing, name, normal) for name in shears for normal in (0.0, 0.5 * full, full))
     places = np.array([placement.centre for placement in spec.array.placements]) - np.array(spec.array.middle)
@@ -68,7 +68,7 @@ def curves(sensing: SensingAnalysis) -> Curves:
 
 
 def _curve(sensing: SensingAnalysis, axis: str, normal: float) -> Curve:
-    forces = np.linspace(0.0 if axis == "normal" else -1.0, 1.0, STEPS) * sensing.bench.full[axis]
+    forces = np.linspace(0.0 if axis == "normal" else -1.0, 1.0, STEPS) * sensing.bench.full_scales[axis]
     loads = loads_on_axis(sensing.bench.range.normal_load(normal), axis, forces)
     inductance = _inductance(sensing.estimates.coils, sensing.working.read(loads))
     nominal = sensing.bench.readings(sensing.bench.poses(loads))
@@ -91,8 +91,8 @@ def _inductance(coils: tuple[CoilEstimate, ...], readings: Array) -> Array:
 
 def _range(sensing: SensingAnalysis, axis: str) -> tuple[str, Array, Array, Array]:
     # Normal and shear forces (N) of the grid, and the inductances over it.
-    normal = np.linspace(0.0, sensing.bench.full["normal"], LINES)
-    shear = np.linspace(-1.0, 1.0, LINES) * sensing.bench.full[axis]
+    normal = np.linspace(0.0, sensing.bench.full_scales["normal"], LINES)
+    shear = np.linspace(-1.0, 1.0, LINES) * sensing.bench.full_scales[axis]
     loads = np.concatenate([
         loads_on_axis(sensing.bench.range.normal_load(float(force)), axis, shear) for force in normal])
     inductance = _inductance(sensing.estimates.coils, sensing.working.read(loads))

@@ -177,7 +177,7 @@ class SolvedRange:
                   if pair is not None]
         judge = replace(self, bench=exact()) if nearly else self
         polished = (judge._refine_pair(*pair, MAX_MODEL_DIFFERENCE) for pair in nearly)
-        loads = (ranged.loads(np.array(pair)) for pair in polished if pair is not None)
+        loads = (ranged.loads_at(np.array(pair)) for pair in polished if pair is not None)
         return next(((_as_loads(first), _as_loads(second)) for first, second in loads), None)
 
     def _insensitive_loads(self) -> Iterator[tuple[Array, Array]]:
@@ -208,7 +208,7 @@ class SolvedRange:
         span, lowest = np.maximum(np.ptp(self.readings, axis=0), 1e-300), self.bench.range.lowest
         for _ in range(MAX_REFINING_STEPS):
             steps = LOAD_STEP * np.where(second > 0.5, -1.0, 1.0)  # into the range from any place
-            loads = self.bench.range.loads(np.vstack([first, second, second + np.diag(steps)]))
+            loads = self.bench.range.loads_at(np.vstack([first, second, second + np.diag(steps)]))
             read = self.bench.readings(self.bench.poses(loads)) / span
             lacking = read[0] - read[1]
             if np.linalg.norm(lacking) < tolerance:
@@ -229,7 +229,7 @@ def solve_range(bench: LoadModel) -> SolvedRange:
 
     def grid(count: int, inside: float) -> Array:
         lines = [np.linspace(low, 1.0, count) * inside for low in bench.range.lowest]
-        return bench.range.loads(list(product(*lines)))
+        return bench.range.loads_at(list(product(*lines)))
 
     fit, judged = grid(GRID[axes], 1.0), grid(HELD_OUT[axes], 0.93)
     readings = bench.readings(bench.poses(np.concatenate([fit, judged])))

@@ -157,7 +157,7 @@ class SensingAnalysis:
         scatter = manufacturing_scatter(self.layout.spec, self.estimates.coils)
         modulus = tuple(cause for cause in scatter if cause.name == MODULUS)
         units = simulate_unit_errors(self.working, modulus)
-        return units.by_modulus(WORKING_POINTS[-1].share, self.bench.full["normal"])
+        return units.by_modulus(WORKING_POINTS[-1].share, self.bench.full_scales["normal"])
 
     @cached_property
     def lasting_errors(self) -> dict[str, Array]:
@@ -235,7 +235,7 @@ def other_jaw_errors(sensing: SensingAnalysis, model: ResponseModel) -> tuple[di
 
 def working_loads(bench: LoadModel) -> Array:
     """Return the loads (points, 3 or 5; N, N m) of the working points: rest, half and full normal force."""
-    return np.array([bench.range.normal_load(point.share * bench.full["normal"]) for point in WORKING_POINTS])
+    return np.array([bench.range.normal_load(point.share * bench.full_scales["normal"]) for point in WORKING_POINTS])
 
 
 def _performance_at(
@@ -261,11 +261,11 @@ def _performance_at(
     friction = point.friction(errors, shear) if shear is not None and point.share > 0.0 else {}
     return Performance(
         at=at, load=tuple(map(float, point.load)), axes=_axis_performances(point, working, courses, errors),
-        crosstalk=curved, straight_crosstalk=straight, tilt_slope=_table(names, ("rx", "ry", "rz"), point.tilts),
+        crosstalk=curved, straight_crosstalk=straight, tilt_slope=_table(names, ("rx", "ry", "rz"), point.tilt_slopes),
         tilt=point.tilt, tilt_error=_table(names, ("rx", "ry"), point.tilt_errors(point.tilt)),
         tilt_stiffness=_row(("rx", "ry"), stiffness), tilt_stiffness_error=_row(
             ("rx", "ry"), tilt_stiffness_error(bench.pad, point.pose, stiffness)),
-        contact_error=_table(names, ("x", "y"), np.nan_to_num(point.contact)),
+        contact_error=_table(names, ("x", "y"), np.nan_to_num(point.contact_errors)),
         temperature_error=_row(names, point.temperature),
         temperature_causes={name: _row(names, value) for name, value in point.by_kelvin.items()},
         friction_error=float(np.hypot.reduce(list(friction.values()))) if friction else None,
@@ -292,11 +292,11 @@ def _axis_performances(
     bench, by_axis = point.bench, {}
     frequencies = bench.frequencies(point.pose[None])[0]
     for k, name in enumerate(bench.range.axes):
-        forces = np.linspace(0.0, bench.full[name], 9)
+        forces = np.linspace(0.0, bench.full_scales[name], 9)
         read = working.forward(loads_on_axis(point.load, name, forces)[:, bench.range.columns]) @ point.inverse[k]
         apart = np.abs(read - np.polynomial.polynomial.Polynomial.fit(forces, read, 1)(forces)).max()
         by_axis[name] = AxisPerformance(
-            *courses[name], bench.full[name],
+            *courses[name], bench.full_scales[name],
             tuple(map(float, point.by_load[:, k] * frequencies)), float(errors["noise"][k]),
             float(apart / max(np.ptp(read), 1e-300)), {cause: float(error[k]) for cause, error in errors.items()},
             load_unit(name),
@@ -332,8 +332,8 @@ def _notes(sensing: SensingAnalysis, courses: Mapping[str, tuple[float, str]], f
     sooner = "" if free is None else f"; under one that is free to tilt the pad gives way sideways at {free:.3g} N"
     notes = [
         f"{AXIS_WORDS[name]} ends at {amount_text(most, name)} by {cause}, before its full scale of "
-        f"{amount_text(bench.full[name], name)}: the sensor does not reach it"
-        for name, (most, cause) in courses.items() if most < bench.full[name]
+        f"{amount_text(bench.full_scales[name], name)}: the sensor does not reach it"
+        for name, (most, cause) in courses.items() if most < bench.full_scales[name]
     ]
     notes += [
         f"noise by {bench.spec.readout.device.source_of('noise_law')}; it is what can be told "
@@ -356,7 +356,7 @@ def _notes(sensing: SensingAnalysis, courses: Mapping[str, tuple[float, str]], f
     pressed, limit = bench.estimates.compression, validated_shear(bench.spec)
     if pressed is not None and not pressed.valid:
         notes.append(f"every force here hangs on a law that is not within its range: {pressed.note}")
-    if max((bench.full[name] for name in names if name in FORCES[1:]), default=0.0) > limit:
+    if max((bench.full_scales[name] for name in names if name in FORCES[1:]), default=0.0) > limit:
         notes.append(extrapolated_shear_note(limit))
     if not sensing.is_pad_stable_in_range:
         notes.append("the pad gives way sideways within the full scales: no reading there is known to be of one load")

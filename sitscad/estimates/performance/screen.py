@@ -62,7 +62,7 @@ def target_effects(layout: Layout, moves: Sequence[Move], heights: Sequence[floa
     effects, parts = np.asarray(whole[:, None, None] * ratios), window_effects(layout)
     for place, p in enumerate(spec.array.placements):
         if p.name in parts:
-            effects[:, :, place] *= parts[p.name].factor(effects[:, :, place])
+            effects[:, :, place] *= parts[p.name].target_factor(effects[:, :, place])
     return effects
 
 

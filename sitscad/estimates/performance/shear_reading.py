@@ -48,8 +48,8 @@ def shear_readings(sensing: SensingAnalysis, requirements: Requirements) -> list
                **dict.fromkeys(MOMENTS, requirements.moment_error)}
     return [
         ShearReading(float(error), axis, scale, allowed[axis] or MAX_SHEAR_READING * scale, shear,
-                     sensing.bench.full[shear])
-        for shear, errors in sensing.points[-1].unmeasured().items()
+                     sensing.bench.full_scales[shear])
+        for shear, errors in sensing.points[-1].unmeasured_load_errors().items()
         for axis, error, scale in zip(sensing.bench.range.axes, errors, map(float, sensing.bench.range.full_scales),
                                       strict=True)
         if is_required[axis] and np.isfinite(error)

@@ -87,7 +87,7 @@ def simulate_unit_errors(working: SolvedRange, causes: tuple[Scatter, ...]) -> U
     bench = working.bench
     # zero, half and full load on the normal axis, both signs on the others
     lines = [(0.0, 0.5, 1.0) if name == "normal" else (-1.0, 1.0) for name in bench.range.axes]
-    loads = bench.range.loads(list(product(*lines)))
+    loads = bench.range.loads_at(list(product(*lines)))
     true = loads[:, bench.range.columns]
     scaled = true / bench.range.full_scales
 

@@ -87,7 +87,7 @@ class CellGroup:
     performance: tuple[Performance, ...] = ()
 
     @property
-    def words(self) -> str:
+    def numbers_text(self) -> str:
         """Text with the numbers of the cells: ``cells 1, 3, 7, 9``."""
         return f"cell{'s' * (len(self.numbers) > 1)} {', '.join(map(str, self.numbers))}"
 
@@ -160,7 +160,7 @@ class CellTable:
         differs = [len({text for _, text in column}) > 1 for column in columns]
         marked = [[text + WORST * (k > 0 and text == worst[k] and differs[k])
                    for k, (_, text) in enumerate(group.columns())] for group in self.groups]
-        return [HEAD, *((group.words, *line) for group, line in zip(self.groups, marked, strict=True))]
+        return [HEAD, *((group.numbers_text, *line) for group, line in zip(self.groups, marked, strict=True))]
 
     def document(self) -> dict[str, Any]:
         """Return the table for JSON. Empty without groups."""
@@ -292,7 +292,7 @@ def cell_groups(
     return tuple(sorted(groups, key=lambda group: group.stiffer))
 
 
-def live_cells(spec: SensorSpec, estimates: Estimates, crosstalk: CellCrosstalk | None) -> dict[str, Any]:
+def cells_for_page(spec: SensorSpec, estimates: Estimates, crosstalk: CellCrosstalk | None) -> dict[str, Any]:
     """Return the values of each cell that a web page needs to show all cells.
 
     `table` is the number of the weakest cell; the page has only its response. `all` holds an entry for each cell: its
@@ -315,7 +315,7 @@ def live_cells(spec: SensorSpec, estimates: Estimates, crosstalk: CellCrosstalk 
 
 
 @one_thread
-def press_shares(layout: Layout, frequency: float, is_rough: bool = False) -> list[float]:
+def pad_signal_ratios(layout: Layout, frequency: float, is_rough: bool = False) -> list[float]:
     """Return each coil's signal under the required force with its own pad, divided by its signal with a mean pad.
 
     The mean is over the pads of all cells. If `is_rough`, the ratio is the ratio of the strains. The frequency (Hz) is

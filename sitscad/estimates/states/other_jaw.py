@@ -20,7 +20,7 @@ from sitscad.estimates.circuits.solved_winding import SolvedWindings, spectrum_n
 from sitscad.estimates.circuits.uncertainty import tolerance_sigmas
 from sitscad.estimates.coil_estimates import CoilEstimate
 from sitscad.estimates.states.placed import TargetPoses, target_centre_at_rest
-from sitscad.estimates.states.plate import solved_plate
+from sitscad.estimates.states.plate import make_target_plate
 from sitscad.estimates.targets.assembly import (
     LEAST_CONDUCTIVITY,
     assemble,
@@ -85,7 +85,7 @@ def other_jaw_changes(
         top = cover.lowest + spec.target.thickness + distance_to_other_jaw(spec.encapsulation, spec.jaw)
         each = []
         for front in (None, *(Reflector(top + between, (plate,)) for between in grasped)):
-            whole = solved_plate(spec.target, spec.coil, coils, (frequency,), behind, cover, front=front)
+            whole = make_target_plate(spec.target, spec.coil, coils, (frequency,), behind, cover, front=front)
             target = np.einsum("cc->c", whole.changes(target_poses.turns, target_poses.places, True)[0][0, 0])
             each.append((target + reflected_inductances(spectrum, at, front, behind, (0.0,))[0, 0]).real)
         changes[row] = np.array(each[1:]) - each[0]

@@ -55,7 +55,7 @@ half of the error by straight lines.
 """
 
 SQUEEZED = 0.8
-"""Limit of the coils' part in `Detail.length`, divided by the target's distance to the mirror.
+"""Limit of the coils' part in `Detail.field_length`, divided by the target's distance to the mirror.
 
 The limit is for coils that are long compared with this distance. Without it, inductance changes had errors up to 0.5 %
 (box-shaped targets) and 0.8 % (discs; tests/validation/random_poses.py).
@@ -102,20 +102,20 @@ class Detail:
     finer: float = 1.0
 
     @property
-    def length(self) -> float:
+    def field_length(self) -> float:
         """Length (m) over which the coils' field varies at the target.
 
         It is limited near a mirror, because the coils' images in the mirror cancel most of the field of longer waves.
         """
         return (self.height + min(0.1 * self.coil, SQUEEZED * self.mirror)) / self.finer
 
-    def points(self, length: float) -> int:
+    def point_count(self, length: float) -> int:
         """Return the number of Gauss points at which the field along a `length` (m) of the target is computed."""
-        return 12 + math.ceil(1.6 * length / self.length)
+        return 12 + math.ceil(1.6 * length / self.field_length)
 
-    def widest(self, length: float) -> float:
+    def middle_knot_spacing(self, length: float) -> float:
         """Return the distance (m) between the spline knots in the middle of a face with a side of this `length` (m)."""
-        return min(0.11 * length / self.finer, 0.85 * self.length)
+        return min(0.11 * length / self.finer, 0.85 * self.field_length)
 
 
 def target_surface(target: Target, detail: Detail, edge: float) -> Box | Disc:
@@ -124,12 +124,12 @@ def target_surface(target: Target, detail: Detail, edge: float) -> Box | Disc:
     `detail` is the resolution.
     """
     (x, y), z = target.size, target.thickness
-    through = 4 + math.ceil(z / detail.length)
+    through = 4 + math.ceil(z / detail.field_length)
     if target.outline.is_disc:
-        orders = min(8 + math.ceil(0.8 * x / detail.length), MOST_ORDERS)
-        return disc(x, z, edge, detail.widest(x), (detail.points(0.5 * x), through), orders)
-    counts = detail.points(x), detail.points(y), through
-    return box((x, y, z), edge, max(detail.widest(x), detail.widest(y)), counts)
+        orders = min(8 + math.ceil(0.8 * x / detail.field_length), MOST_ORDERS)
+        return disc(x, z, edge, detail.middle_knot_spacing(x), (detail.point_count(0.5 * x), through), orders)
+    counts = detail.point_count(x), detail.point_count(y), through
+    return box((x, y, z), edge, max(detail.middle_knot_spacing(x), detail.middle_knot_spacing(y)), counts)
 
 
 def with_field_points(whole: Box | Disc, distance: float) -> Surface:
@@ -306,7 +306,8 @@ class TargetPlate:
         if not self.missing:
             return matrices[0], matrices[1]
         among_coils = np.einsum("fpcc->cfp", matrices[0].real)
-        more = np.stack([each.factor(change) for each, change in zip(self.missing, among_coils, strict=True)], axis=-1)
+        more = np.stack([each.target_factor(change)
+                         for each, change in zip(self.missing, among_coils, strict=True)], axis=-1)
         factors = 0.5 * (more[..., :, None] + more[..., None, :])
         return matrices[0] * factors, matrices[1] * factors
 
@@ -318,11 +319,11 @@ def plate_over_jaw(layout: Layout, frequencies: Sequence[float], cover: PoseRang
     """
     spec, missing = layout.spec, window_effects(layout)
     assert spec.target is not None
-    plate = solved_plate(spec.target, spec.coil, layout.coils, frequencies, metal_behind(spec), cover, finer)
+    plate = make_target_plate(spec.target, spec.coil, layout.coils, frequencies, metal_behind(spec), cover, finer)
     return replace(plate, missing=tuple(missing[coil.name] for coil in layout.coils)) if missing else plate
 
 
-def solved_plate(
+def make_target_plate(
     target: Target, coil: CoilSpec, coils: Sequence[Coil], frequencies: Sequence[float], behind: Reflector | None,
     cover: PoseRange, finer: float = 1.0, front: Reflector | None = None,
 ) -> TargetPlate:
@@ -525,7 +526,7 @@ CLOSE_WIDTHS = 1.5
 WIDE = 0.0002
 """Additional relative error of the change by a large target: `WIDE` times (size / length - `WIDE_FROM`).
 
-The size is the target's. The length is that over which the coils' field varies at the target (`Detail.length`).
+The size is the target's. The length is that over which the coils' field varies at the target (`Detail.field_length`).
 """
 
 WIDE_FROM = 8.0
@@ -588,7 +589,7 @@ def _additional_errors(coil: CoilSpec, target: Target, lowest: Array) -> Array:
     `lowest` (poses; m) is the height of the target's lowest point.
     """
     near = np.clip(1.0 - lowest / (CLOSE_WIDTHS * coil.trace_width), 0.0, 1.0)
-    length = Detail(1.0, max(coil.size)).length - 1.0 + np.maximum(lowest, 0.0)
+    length = Detail(1.0, max(coil.size)).field_length - 1.0 + np.maximum(lowest, 0.0)
     return np.asarray(CLOSE * near + WIDE * np.maximum(max(target.size) / length - WIDE_FROM, 0.0))
 
 

@@ -59,7 +59,7 @@ def reference_signal(layout: Layout, estimates: Estimates) -> ReferenceSignal | 
     return ReferenceSignal(near.coils[number].name, seen, changes[number], rest[-1])
 
 
-def metal_share(coil: CoilEstimate) -> float:
+def metal_change_ratio(coil: CoilEstimate) -> float:
     """Return the relative inductance change of a coil without a target by the metal behind it.
 
     It is 0 if the state at rest or the free state is missing.

@@ -59,7 +59,7 @@ class Changes:
 
     def complex_at(self, frequencies: Array) -> ComplexArray:
         """Return the changes `total` (n, coils, coils; H, complex) of n poses, each at its own frequency (n; Hz)."""
-        return self._between(self.total, frequencies[:, None, None])
+        return self._interpolate_frequencies(self.total, frequencies[:, None, None])
 
     def at(self, frequencies: Array) -> tuple[Array, Array]:
         """Return the inductance changes (n, coils, coils; H), and the loss in the target alone (n, coils; ohm).
@@ -67,10 +67,10 @@ class Changes:
         Each pose and coil has its own frequency (n, coils; Hz).
         """
         pairs = 0.5 * (frequencies[:, :, None] + frequencies[:, None, :])
-        lost = self._between(np.einsum("fpcc->fpc", self.lossless), frequencies).imag
-        return self._between(self.total, pairs).real, np.asarray(-2.0 * math.pi * frequencies * lost)
+        lost = self._interpolate_frequencies(np.einsum("fpcc->fpc", self.lossless), frequencies).imag
+        return self._interpolate_frequencies(self.total, pairs).real, np.asarray(-2.0 * math.pi * frequencies * lost)
 
-    def _between(self, changes: ComplexArray, frequencies: Array) -> ComplexArray:
+    def _interpolate_frequencies(self, changes: ComplexArray, frequencies: Array) -> ComplexArray:
         """Return changes interpolated to frequencies (Hz): (poses, ...).
 
         `changes` (1 or 2, poses, ...) are at the frequencies of the solution. `frequencies` broadcast to the shape

@@ -69,7 +69,7 @@ if TYPE_CHECKING:
 # solvers, which a check of a coil without a target, and of a pad without webs, does not need (5 ms)
 is_affordable = late("sitscad.estimates.states.solved_target", "is_affordable")
 solve_states = late("sitscad.estimates.states.solved_target", "solve_states")
-press_shares = late("sitscad.estimates.states.cells", "press_shares")
+pad_signal_ratios = late("sitscad.estimates.states.cells", "pad_signal_ratios")
 
 
 @record(eq=False)
@@ -188,7 +188,7 @@ def coil_estimates(tuned: TunedCircuits, reference: TunedCircuits | None = None)
                                       spec.readout)
     coils, others = coils[: len(tuned.circuits)], coils[len(tuned.circuits) :]
     if spec.web is not None and assembly.compression is not None:
-        ratios = press_shares(windings.layout, max(coil.sensor_frequency for coil in coils), rough)
+        ratios = pad_signal_ratios(windings.layout, max(coil.sensor_frequency for coil in coils), rough)
         coils = tuple(replace(coil, press_share=ratio) for coil, ratio in zip(coils, ratios, strict=True))
     gap_sigmas, deviations = {}, tolerance_sigmas(spec)
     if spec.elastomer is not None and spec.target is not None:  # every gap has the glue below the target

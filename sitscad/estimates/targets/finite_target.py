@@ -54,13 +54,13 @@ class TargetRatios:
     notes: tuple[str, ...]
     error: float = 0.0
     loss_error: float = 0.0
-    def of(self, coil: str, state: str) -> tuple[float, float]:
+    def ratios_for(self, coil: str, state: str) -> tuple[float, float]:
         """Return the ratios of inductance change and loss for a coil in a state. Both are 1 if none are stored."""
         return self.inductance_ratios.get((coil, state), 1.0), self.loss_ratios.get((coil, state), 1.0)
 
     def cache_key(self, number: int, coil: str, state: str) -> tuple[complex, ...]:
         """Return a cache key. It is equal for coils on which the target has equal effects."""
-        return self.of(coil, state)
+        return self.ratios_for(coil, state)
 
 
 WIDER, WIDER_THIN, WIDER_BENT, WIDER_MAGNETIC = (0.1, 0.5), (0.3, 0.8), (0.8, 0.5), (1.5, 0.8)

@@ -87,8 +87,8 @@ class WindowEffect:
     """Fractions of the jaw's effect on inductance and loss that a window removes, each with an error bound.
 
     `inductance` and `loss` are the fractions for a coil without a target, `error` and `loss_error` their error bounds.
-    The target's inductance change over a solid jaw is multiplied by `factor`: 1 + g0 + g1 (change / `scale`), with g0
-    and g1 from `growth`. `scale` is in H. `growth_error` is the error of the factor.
+    The target's inductance change over a solid jaw is multiplied by `target_factor`: 1 + g0 + g1 (change / `scale`),
+    with g0 and g1 from `growth`. `scale` is in H. `growth_error` is the error of the factor.
     """
 
     inductance: float
@@ -99,7 +99,7 @@ class WindowEffect:
     scale: float = 1.0
     growth_error: float = 0.0
 
-    def factor(self, change: Array) -> Array:
+    def target_factor(self, change: Array) -> Array:
         """Return the ratio of a target's inductance changes over the jaw with the window and over a solid jaw.
 
         `change` (H) is the change over a solid jaw. The result has its shape.

@@ -329,7 +329,7 @@ def _cell_rows(cells: CellTable) -> Rows:
         return []
 
     def worst(figure: Callable[[Performance], float]) -> str:
-        return max(groups, key=lambda group: figure(group.performance[-1])).words
+        return max(groups, key=lambda group: figure(group.performance[-1])).numbers_text
 
     return [
         ("figures are of the cell worst in each",

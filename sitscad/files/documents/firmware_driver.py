@@ -407,7 +407,7 @@ def _frequency_warning(device: Converter, coil_bands: tuple[CoilBands, ...]) -> 
     most = device.limit("sensor_frequency_max")
     each = [(coil_band.coil, name, band) for coil_band in coil_bands
             for name, band in (("the bare board", coil_band.bare), ("assembled and at rest", coil_band.assembled))]
-    fractions = {(coil, name): band.share_above(most) for coil, name, band in each if band.high > most}
+    fractions = {(coil, name): band.fraction_above(most) for coil, name, band in each if band.high > most}
     if not fractions:
         return ""
     (coil, name), share = max(fractions.items(), key=lambda coil_bands: coil_bands[1])
