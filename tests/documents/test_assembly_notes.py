@@ -14,7 +14,7 @@ from tolerance import approx
 import sitscad
 from sitscad.assembly import solids as parts
 from sitscad.assembly.places.bodies import plates_of, top_height
-from sitscad.assembly.places.column import column, layer_heights, on_board, placement, sealed_height
+from sitscad.assembly.places.column import column, layer_heights, layers_on_board, placement_tolerance, sealed_height
 from sitscad.assembly.places.fit import closed_section
 from sitscad.assembly.places.jaws import jaw_range, jaw_section
 from sitscad.assembly.places.seating import cap_size, is_near_metal, plate_floor, plate_holes, screw_spacing, stop_place
@@ -204,8 +204,8 @@ def test_notes_state_height_with_film(changes):
     """The notes gave heights of pad and target, and none of the finished face."""
     spec = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace(changes)
     layout = sitscad.lay_out(spec)
-    pieces = layer_heights(on_board(layout))
-    sealed = sealed_height(on_board(layout), spec.encapsulation, spec.assembly)
+    pieces = layer_heights(layers_on_board(layout))
+    sealed = sealed_height(layers_on_board(layout), spec.encapsulation, spec.assembly)
     film = sealed - (pieces["target"][1] - pieces["board"][1])
     assert film.nominal == approx(spec.encapsulation.thickness, rel=1e-9) and film.spread > 0.0
     assert toleranced_text(sealed) in in_one_line(layout)
@@ -569,7 +569,7 @@ def test_widths_and_ends_in_steps_equal_solids():
 def test_each_placing_step_states_position_and_tolerance(template):
     """The spec counts how far a piece is glued beside its place, and no step said how that is reached."""
     layout = sitscad.lay_out(sitscad.load_text(templates.read(template), "t.yaml"))
-    band = f"+-{1e3 * placement(layout.spec.assembly).band:.3f} mm"
+    band = f"+-{1e3 * placement_tolerance(layout.spec.assembly).band:.3f} mm"
     steps = re.split(r"(?<=\s)(?=\d+\. [A-Z])", in_one_line(layout))
     placing = [step for step in steps if re.search("Put the frame jig-|Glue the board", step)]
     assert len(placing) == 3 and all(band in step for step in placing)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from tolerance import approx
 
 from sitscad.assembly.places.fit import closed_section, closing_motion
-from sitscad.assembly.places.jaws import POCKET_CLEARANCE, half_width, jaw_section, jaw_with_rims
+from sitscad.assembly.places.jaws import POCKET_CLEARANCE, jaw_section, jaw_with_rims, seat_half_width
 from sitscad.basics.check_results import Closing
 from sitscad.spec import presets
 
@@ -87,8 +87,8 @@ def test_pieces_in_pad_pocket_are_narrower_than_pocket():
     jaw = replace(handmade.jaw(height=0.9e-3), recess=0.6e-3, pocket=(14e-3, 3.4e-3))
     layout = handmade.jaw_sensor(mount=handmade.Mount("grasper-pad", jaw, 1e-3))
     floor = -0.2e-3 - 1e-3
-    assert half_width(layout, floor + 0.1e-3) == approx(1.7e-3 - POCKET_CLEARANCE, rel=1e-6)
-    assert half_width(layout, floor + 0.7e-3) > 1.9e-3
+    assert seat_half_width(layout, floor + 0.1e-3) == approx(1.7e-3 - POCKET_CLEARANCE, rel=1e-6)
+    assert seat_half_width(layout, floor + 0.7e-3) > 1.9e-3
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.assembly.places.seating import relief
+from sitscad.assembly.places.seating import tail_support
 
 shapely = pytest.importorskip("shapely")
 
@@ -26,7 +26,7 @@ def test_cheeks_stand_beside_tail_over_full_length(diameter, pitch, margin, conn
     """A body of 8.9 mm narrows to its tail of 2.5 mm over 3 mm: cheeks as for the tail's end stood in the taper."""
     spec = sitscad.load_text(JAW.format(diameter=diameter, pitch=pitch, margin=margin, connector=connector), "jaw.yaml")
     layout = sitscad.lay_out(spec)
-    result = relief(layout)
+    result = tail_support(layout)
     if result is None or result.cheeks is None:
         return
     board = shapely.Polygon([(p.x, p.y) for p in layout.outline.flattened(1e-6)])
@@ -39,12 +39,12 @@ def test_cheeks_stand_beside_tail_over_full_length(diameter, pitch, margin, conn
 def test_long_taper_has_no_cheeks():
     text = JAW.format(diameter=8, pitch=8.5, margin=0, connector="zif-0.5mm")
     layout = sitscad.lay_out(sitscad.load_text(text, "jaw.yaml"))
-    result = relief(layout)
+    result = tail_support(layout)
     assert result is not None and result.cheeks is None
     assert result.along == approx((layout.body[2], layout.spec.jaw.length / 2 - 0.2e-3), rel=1e-6)
 
 
 def test_short_taper_leaves_room_for_cheeks():
     text = JAW.format(diameter=5, pitch=6, margin=0, connector="zif-0.5mm")
-    result = relief(sitscad.lay_out(sitscad.load_text(text, "jaw.yaml")))
+    result = tail_support(sitscad.lay_out(sitscad.load_text(text, "jaw.yaml")))
     assert result is not None and result.cheeks is not None

@@ -17,7 +17,7 @@ from sitscad.assembly.places.bodies import (
     BodyRole,
     plates_of,
 )
-from sitscad.assembly.places.column import layer_heights, on_board
+from sitscad.assembly.places.column import layer_heights, layers_on_board
 from sitscad.assembly.places.seating import process_clearance
 from sitscad.assembly.solids import assembly_aids, solids
 from sitscad.assembly.solids.proof import check_print
@@ -135,7 +135,7 @@ def specs():
 
 def placed(layout):
     """Everything on the board by its part: its bodies with the levels of lower and upper face, least and largest."""
-    at, plates = layer_heights(on_board(layout)), plates_of(layout.spec)
+    at, plates = layer_heights(layers_on_board(layout)), plates_of(layout.spec)
     rows = {part: plates.glued(part) for part in ("elastomer", "target")}
     for part, row in rows.items():
         if row:

@@ -16,7 +16,7 @@ from sitscad.assembly.places.bodies import BodyRole, backing_of
 from sitscad.assembly.places.column import print_limit, worst_deviations
 from sitscad.assembly.places.fit import closed_section
 from sitscad.assembly.places.jaws import jaw_section, seat_circle_radius
-from sitscad.assembly.places.seating import clearance, relief
+from sitscad.assembly.places.seating import clearance, tail_support
 from sitscad.assembly.solids import pieces, seat, solids
 from sitscad.assembly.solids.solid import manifold, select_by_role, tessellate
 from sitscad.assembly.solids.whole import whole
@@ -46,7 +46,7 @@ def test_shield_splits_seat():
     layout = wide_tail(mount=handmade.Mount("grasper-pad", replace(handmade.jaw(), port_diameter=7e-3), 1e-3))
     base, spacer = pieces.mount(layout)
     assert (base.name, spacer.name) == ("mount", "mount-spacer")
-    tongue = relief(layout)
+    tongue = tail_support(layout)
     assert tongue.cheeks is None and tongue.along == approx((4.5e-3, 7.8e-3), rel=1e-6)
     groove = print_limit("resin", "groove").value
     radius = 0.6 * (tongue.top + 0.8e-3)
@@ -78,7 +78,7 @@ def test_tail_without_tongue_has_rounded_heel():
 @pytest.mark.slow
 def test_cheeks_have_clearance_to_tail():
     layout = handmade.jaw_sensor(shield=None)
-    tongue = relief(layout)
+    tongue = tail_support(layout)
     assert tongue.cheeks is not None and tongue.across == approx((-1.55e-3, 1.55e-3), rel=1e-6)
     (base,) = pieces.mount(layout)
     behind = manifold(tessellate(base)).trim_by_plane((1.0, 0.0, 0.0), 4.6).trim_by_plane((0.0, 0.0, 1.0), -0.19)

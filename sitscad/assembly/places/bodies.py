@@ -253,7 +253,7 @@ class Backing:
         return [(lower, upper) for lower, upper in spans if upper - lower > 1e-9]
 
     @property
-    def lines_over_shield(self) -> int:
+    def glue_lines_above_shield(self) -> int:
         """Number of glue lines between board and shield. 0 if there is no mount."""
         sheet = self.shield_heights
         if sheet is None or self.mount is None:
@@ -261,7 +261,7 @@ class Backing:
         return 1 + (self.bottom - sheet[1] > 1e-9)
 
     @property
-    def lines_over_carrier(self) -> int:
+    def glue_lines_below_board(self) -> int:
         """Number of glue lines between the board and the face below the mount. 0 if there is no mount."""
         if self.mount is None:
             return 0
@@ -276,7 +276,7 @@ class Backing:
         sheet = self.shield_heights
         if sheet is None:
             return None
-        down = self.assembly.glue_line * self.lines_over_shield + self.assembly.offsets.shield
+        down = self.assembly.glue_line * self.glue_lines_above_shield + self.assembly.offsets.shield
         return sheet[0] - down, sheet[1] - down
 
     @property
@@ -284,7 +284,7 @@ class Backing:
         """Distance between board and shield as text, nominal and with glue lines. Empty if there is no shield."""
         if self.shield is None:
             return ""
-        glue = self.assembly.glue_line * self.lines_over_shield
+        glue = self.assembly.glue_line * self.glue_lines_above_shield
         glued = f" ({in_mm(self.shield.gap + glue)} mm with the glue lines)" if glue else ""
         return f"{in_mm(self.shield.gap)} mm{glued}"
 
@@ -297,7 +297,7 @@ class Backing:
         seat = self.seat_heights
         if seat is None:
             return None
-        return seat[0] - self.assembly.glue_line * self.lines_over_carrier - self.assembly.offsets.metal
+        return seat[0] - self.assembly.glue_line * self.glue_lines_below_board - self.assembly.offsets.metal
 
     @property
     def metal_face(self) -> float | None:

@@ -151,7 +151,7 @@ def column(layout: Layout) -> tuple[Layer, ...]:
     return memo(layout, "_column", stack_layers)
 
 
-def on_board(layout: Layout) -> tuple[Layer, ...]:
+def layers_on_board(layout: Layout) -> tuple[Layer, ...]:
     """Return the board and the layers glued onto it, from the board upwards. The spec need not have a jaw."""
     spec, assembly = layout.spec, layout.spec.assembly
     plates = _layers_above(assembly, spec.elastomer, spec.target)
@@ -162,7 +162,7 @@ def on_board(layout: Layout) -> tuple[Layer, ...]:
 def sealed_height(layers: tuple[Layer, ...], film: Encapsulation, assembly: Assembly) -> Toleranced:
     """Return the height (m) of the encapsulation's upper face above the board's top face.
 
-    `layers` come from `on_board`.
+    `layers` come from `layers_on_board`.
     """
     at = layer_heights((*layers, *_film_layer(film, assembly)))
     return at["encapsulation"][1] - at["board"][1]
@@ -215,12 +215,12 @@ def worst_deviations(layout: Layout) -> tuple[float, float]:
         pair = sum((layer.thickness for layer in layers), Toleranced(0.0))
         glue = sum((layer.thickness for layer in layers if layer.is_glue), Toleranced(0.0)).nominal
         size = mount_tolerance(layout.spec.assembly, layout.spec.mount).band
-        return 0.5 * size + placement(layout.spec.assembly).band, 0.5 * (pair.spread + glue)
+        return 0.5 * size + placement_tolerance(layout.spec.assembly).band, 0.5 * (pair.spread + glue)
 
     return memo(layout, "_slack", add_up)
 
 
-def placement(assembly: Assembly) -> SizeTolerance:
+def placement_tolerance(assembly: Assembly) -> SizeTolerance:
     """Return the tolerance (m) of a glued part's position."""
     return _tolerance(assembly, "placement", "placement", "by ledges", 0.0)
 
@@ -233,7 +233,7 @@ def outline_tolerance(assembly: Assembly, rules: DesignRules) -> SizeTolerance:
     return SizeTolerance(rules.outline_tolerance, rules.sources.get("outline_tolerance") or rules.source)
 
 
-def process_of(mount: Mount | None) -> str:
+def print_process(mount: Mount | None) -> str:
     """Return the manufacturing process of mount, assembly jig and moulds.
 
     Without a mount, jig and moulds are resin prints.
@@ -244,7 +244,7 @@ def process_of(mount: Mount | None) -> str:
 def mount_tolerance(assembly: Assembly, mount: Mount | None) -> SizeTolerance:
     """Return the size tolerance of the printed or milled parts."""
     size = mount.standoff if mount is not None else 0.0
-    return _tolerance(assembly, "mount", "mount", process_of(mount), size)
+    return _tolerance(assembly, "mount", "mount", print_process(mount), size)
 
 
 def metal_tolerances(assembly: Assembly, mount: Mount | None) -> tuple[SizeTolerance, SizeTolerance] | None:
@@ -256,7 +256,7 @@ def metal_tolerances(assembly: Assembly, mount: Mount | None) -> tuple[SizeToler
     if mount is None or mount.metal_behind is None:
         return None
     metal = mount.metal_behind
-    distance = _tolerance(assembly, "metal_distance", "mount", process_of(mount), metal.distance)
+    distance = _tolerance(assembly, "metal_distance", "mount", print_process(mount), metal.distance)
     thick = sheet_tolerance(assembly, "metal_behind", metal.thickness)
     return SizeTolerance(min(distance.band, metal.distance), distance.source), thick
 

@@ -29,22 +29,22 @@ from sitscad.assembly.places.column import (
     column,
     jaw_tolerance,
     layer_heights,
+    layers_on_board,
     layers_on_seat,
     mount_tolerance,
-    on_board,
     outline_tolerance,
-    placement,
+    placement_tolerance,
     plate_tolerance,
 )
 from sitscad.assembly.places.jaws import (
     FILM_ROUNDING,
     board_middle,
     closed_span,
-    half_width,
     jaw_range,
     jaw_section,
     jaw_with_rims,
     pivot_along,
+    seat_half_width,
 )
 from sitscad.assembly.places.seating import adapter_holes, side_ledges
 from sitscad.assembly.places.tail_path import tail_path
@@ -126,7 +126,7 @@ def fit(layout: Layout) -> tuple[Measure, ...]:
         return ()
     # the circle that the closed pair needs, with the shares of all its parts
     spec, layers = layout.spec, column(layout)
-    outline, offset = outline_tolerance(spec.assembly, spec.fpc.rules), placement(spec.assembly)
+    outline, offset = outline_tolerance(spec.assembly, spec.fpc.rules), placement_tolerance(spec.assembly)
     parts = [Share(e.part, e.thickness.nominal, e.thickness.spread, e.source) for e in layers]
     parts.append(Share("board across", layout.body_size[1], outline.band, outline.source))
     parts.append(Share("each piece beside its place", 0.0, offset.band, offset.source))
@@ -203,7 +203,7 @@ def _compare_overhang(width: float, assembly: Assembly, rules: DesignRules, jaw:
     """
     face = jaw_section(jaw_with_rims(jaw)).face
     outline, metal = outline_tolerance(assembly, rules), jaw_tolerance(assembly, face)
-    offset = placement(assembly)
+    offset = placement_tolerance(assembly)
     parts = (
         Share("board across", width, outline.band, outline.source),
         Share("jaw's face across", face, metal.band, metal.source),
@@ -262,10 +262,11 @@ def _seat_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[Co
     printed, offset = mount_tolerance(spec.assembly, spec.mount), _sideways_deviation(spec.assembly, "mount")
     lowest = at["jaw"][1]
     yield Corner(
-        "mount", Toleranced.of(half_width(layout, metal), 0.5 * printed.band, "mount across") + offset, lowest - middle
+        "mount", Toleranced.of(seat_half_width(layout, metal), 0.5 * printed.band, "mount across") + offset,
+        lowest - middle,
     )
     if sheet:
-        half = Toleranced(half_width(layout, sheet[0])) + _sideways_deviation(spec.assembly, "shield")
+        half = Toleranced(seat_half_width(layout, sheet[0])) + _sideways_deviation(spec.assembly, "shield")
         for level in at["shield"]:
             yield Corner("shield", half, level - middle)
     ledges = side_ledges(layout)
@@ -304,7 +305,7 @@ def _sensor_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[
 
 def _sideways_deviation(assembly: Assembly, part: str) -> Toleranced:
     """Return the sideways deviation (m) of a glued part. All parts are pushed against the same ledges."""
-    return Toleranced.of(0.0, placement(assembly).band, f"{part} beside its place")
+    return Toleranced.of(0.0, placement_tolerance(assembly).band, f"{part} beside its place")
 
 
 @record
@@ -429,6 +430,6 @@ def screw_head_height(layout: Layout) -> float | None:
     if not thread.startswith("M"):
         return None
     # the board stands out of the plate by its own glue line
-    layers = (*on_board(layout)[1:], *(layer for layer in layers_on_seat(layout) if layer.is_glue))
+    layers = (*layers_on_board(layout)[1:], *(layer for layer in layers_on_seat(layout) if layer.is_glue))
     top = math.fsum(layer.thickness.nominal for layer in layers) + film_thickness(layout.spec.encapsulation)
     return 1e-3 * float(thread.removeprefix("M")) - top

@@ -90,7 +90,7 @@ def closed_span(backing: Backing, top: float) -> Heights | None:
     return seat[0] - mount.jaw.height, top + mount.jaw.opposing_pad_thickness + mount.jaw.height
 
 
-def half_width(layout: Layout, z: float) -> float:
+def seat_half_width(layout: Layout, z: float) -> float:
     """Return half the width (m) of seat and shield at height z: the board's, or less if the port is narrow.
 
     In a narrow port, both are narrower than the board, so that they stay inside the port's circle with worst-case glue

@@ -13,7 +13,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 from sitscad.assembly.places.bodies import backing_of, film_thickness, plates_of
-from sitscad.assembly.places.column import print_limit, process_of
+from sitscad.assembly.places.column import print_limit, print_process
 from sitscad.assembly.places.jaws import board_middle, free_half_width, jaw_range, jaw_section, jaw_with_rims
 from sitscad.assembly.places.stack import tail_heights
 from sitscad.basics.record import record
@@ -54,7 +54,7 @@ class Relief:
 
 def process_clearance(mount: Mount | None) -> float:
     """Return the smallest gap (m) on each side between two parts that the mount's process can make."""
-    return print_limit(process_of(mount), "clearance").value
+    return print_limit(print_process(mount), "clearance").value
 
 
 def clearance(mount: Mount | None) -> float:
@@ -64,7 +64,7 @@ def clearance(mount: Mount | None) -> float:
 
 def ledge(mount: Mount | None) -> float:
     """Return the thickness (m) of a ledge whose one side is free."""
-    return max(STOP, print_limit(process_of(mount), "free_wall").value)
+    return max(STOP, print_limit(print_process(mount), "free_wall").value)
 
 
 def stop_place(body: Box, fitted: Jaw | None, mount: Mount | None ) -> tuple[float, float] | None:
@@ -92,7 +92,7 @@ def side_ledges(layout: Layout) -> tuple[float, float] | None:
     return (inner, outer) if outer <= room else None
 
 
-def relief(layout: Layout) -> Relief | None:
+def tail_support(layout: Layout) -> Relief | None:
     """Return the support under the tail. None if there is no tail, or if jaw and stiffener leave no room."""
     mount, jaw = layout.spec.mount, layout.spec.jaw
     if mount is None or jaw is None or mount.kind != "grasper-pad" or not mount.standoff:
@@ -255,7 +255,8 @@ def plate_plan(layout: Layout, film: float) -> Box:
     if pattern is not None:
         # from the middle of a nut in an adapter's corner to the head of a screw beside it
         nut = 0.0 if not adapter_holes(layout) else (
-            CORNER_SCREW.nut_across / math.sqrt(3.0) + print_limit(process_of(mount), "wall").value + clearance(mount))
+            CORNER_SCREW.nut_across / math.sqrt(3.0) + print_limit(print_process(mount), "wall").value
+            + clearance(mount))
         for hole in _placed_holes(pattern, board_boxes(layout)):
             # the nuts in the corners of an adapter lie beside its holes, in both directions
             beyond = INSET + (hole.head / 2 + nut) / math.sqrt(2.0) if nut else hole.head / 2 + ROUND_HOLE

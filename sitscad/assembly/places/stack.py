@@ -24,10 +24,10 @@ from sitscad.assembly.places.column import worst_deviations
 from sitscad.assembly.places.jaws import (
     board_middle,
     closed_span,
-    half_width,
     jaw_range,
     jaw_section,
     seat_circle_radius,
+    seat_half_width,
 )
 from sitscad.basics.record import record
 from sitscad.kernels.geometry.convex import Box, Footprint, clip_to_box
@@ -85,7 +85,7 @@ def shield(layout: Layout) -> Body | None:
     sheet, levels = layout.spec.shield, backing_of(layout.spec).shield_that_fits()
     if sheet is None or levels is None:
         return None
-    (x0, _, x1, _), y, half = layout.body, board_middle(layout.body).y, half_width(layout, levels[0])
+    (x0, _, x1, _), y, half = layout.body, board_middle(layout.body).y, seat_half_width(layout, levels[0])
     is_disc = has_round_body(layout.spec.fpc.body) and half >= (x1 - x0) / 2 - 1e-9
     plan = Region(layout.body_outline if is_disc else rectangle(x0, y - half, x1, y + half))
     return Body(BodyRole.SHIELD, plan, *levels, sheet.material.name, sheet.material)
@@ -227,14 +227,14 @@ def _support_and_window(layout: Layout) -> tuple[Box | None, Box | None] | None:
     sheet, jaw, closed = backing.shield_that_fits(), mount.jaw, closed_span(backing, top_height(layout.spec))
     spans = backing.spans
     if sheet is not None and backing.bottom - sheet[1] <= 1e-9:
-        half = half_width(layout, sheet[0])
+        half = seat_half_width(layout, sheet[0])
         return (x0, y - half, x1, y + half), None
     if spans and jaw is not None and closed is not None:
         # the seat's upper face is cut back to the port where all of the seat is in it
         middle = (closed[0] + closed[1]) / 2
         radius = seat_circle_radius(jaw, worst_deviations(layout))
         is_outside = max(abs(height - middle) for height in spans[-1]) >= radius
-        half = (high - low) / 2 if is_outside else half_width(layout, spans[-1][1])
+        half = (high - low) / 2 if is_outside else seat_half_width(layout, spans[-1][1])
         return (x0, y - half, x1, y + half), None
     if spans or mount.kind == "bench-plate":
         return layout.body, None

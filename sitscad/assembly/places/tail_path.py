@@ -9,7 +9,7 @@ import math
 
 from sitscad.assembly.places.bodies import Backing, backing_of, film_thickness
 from sitscad.assembly.places.jaws import pivot_along
-from sitscad.assembly.places.seating import LEAST_RELIEF, cap_end, plate_floor, plate_plan, relief
+from sitscad.assembly.places.seating import LEAST_RELIEF, cap_end, plate_floor, plate_plan, tail_support
 from sitscad.assembly.places.stack import tail_heights
 from sitscad.basics.record import record
 from sitscad.layout.bending import Bend, bend_length, bend_radius, bend_stretch, tail_thickness
@@ -158,7 +158,7 @@ def tail_path(layout: Layout, turned: float = 0.0) -> TailPath | None:
     middle = radius + (high - low) / 2
     down = _descending_bends(drop, middle)
     # the end of what carries the body and lies under the tail
-    edge, tongue = lip(layout), relief(layout)
+    edge, tongue = lip(layout), tail_support(layout)
     support_end = tongue.along[1] if tongue is not None else cap_end(layout.body, layout.spec.mount,
                                                               layout.stiffener) or layout.body[2]
     free = max(stretch[0], layout.body[2], support_end if edge is None else edge.start)
@@ -200,7 +200,7 @@ def lip(layout: Layout) -> Lip | None:
     turn = bends[0].length / (radius + tail_thickness(layout.spec.fpc) / 2) if bends else 0.0
     if (end := cap_end(layout.body, layout.spec.mount, layout.stiffener)) is not None:
         return round_edge(layout.spec.fpc, end, (1.0 - LEFT) * mount.standoff, turn)
-    tongue = relief(layout)
+    tongue = tail_support(layout)
     if tongue is None:
         return None
     foot = backing_of(layout.spec).spans[-1][0]

@@ -12,7 +12,7 @@ import math
 from typing import Any
 
 from sitscad.assembly.places.bodies import BodyRole, Heights, backing_of, top_height
-from sitscad.assembly.places.column import print_limit, process_of, worst_deviations
+from sitscad.assembly.places.column import print_limit, print_process, worst_deviations
 from sitscad.assembly.places.jaws import (
     POCKET_CLEARANCE,
     board_middle,
@@ -26,10 +26,10 @@ from sitscad.assembly.places.seating import (
     joint_clearance,
     ledge,
     pin_places,
-    relief,
     retention,
     side_ledges,
     stop_place,
+    tail_support,
     tongue_across,
     tongue_neck,
 )
@@ -79,7 +79,7 @@ def grasper_pad(layout: Layout) -> tuple[Any, ...]:
     spans = backing_of(layout.spec).spans
     if not spans:
         return ()
-    tongue, (x0, y0, x1, y1) = relief(layout), layout.body
+    tongue, (x0, y0, x1, y1) = tail_support(layout), layout.body
     tip = 0.0 if stop_place(layout.body, layout.spec.jaw, layout.spec.mount) else min(TIP_ROUNDING, (y1 - y0) / 4)
     slabs = [prism(rounded_at_tip(x0, y0, x1, y1, tip), *span) for span in spans]
     slabs[-1] = _with_grooves(layout.body, layout.spec.mount, slabs[-1], spans[-1])
@@ -137,7 +137,7 @@ def groove_places(body: Box, mount: Mount | None, span: Heights ) -> tuple[tuple
 
     No positions if the grooves would leave too thin a wall. `span` is the height range (m) of the slab.
     """
-    process = process_of(mount)
+    process = print_process(mount)
     wall, width = print_limit(process, "wall").value, print_limit(process, "groove").value
     x0, _, x1, _ = body
     if span[1] - span[0] - GROOVE_DEPTH < wall - 1e-9 or (x1 - x0) * (GROOVES[1] - GROOVES[0]) < 2.0 * width:

@@ -39,7 +39,14 @@ from sitscad.assembly.places.bodies import (
     plates_of,
     top_height,
 )
-from sitscad.assembly.places.column import Toleranced, layer_heights, mount_tolerance, on_board, print_limit, process_of
+from sitscad.assembly.places.column import (
+    Toleranced,
+    layer_heights,
+    layers_on_board,
+    mount_tolerance,
+    print_limit,
+    print_process,
+)
 from sitscad.assembly.places.seating import plate_plan, process_clearance
 from sitscad.assembly.places.stack import has_round_body
 from sitscad.assembly.solids.plates import grown_outline, over_body
@@ -116,7 +123,7 @@ def mould(layout: Layout) -> tuple[Solid, ...]:
         inner, outer = _outline(pad, centre, RIM), _outline(pad, centre, RIM + GROOVE)
         cuts.append(prism(Region(outer, (inner,)), -max(pad.thickness / 2, 0.5e-3), 1e-3))
     # A flat plate with vents over the grooves, where they leave no mark on a pad: as small as its process makes holes
-    size = max(VENT, print_limit(process_of(layout.spec.mount), "hole").value)
+    size = max(VENT, print_limit(print_process(layout.spec.mount), "hole").value)
     beside = pad.footprint.size[1] / 2 + RIM + GROOVE / 2
     vents = (circle(Point(centre.x, centre.y + side * beside), size / 2)
              for centre in _centres(pad, cavities) for side in (-1.0, 1.0))
@@ -231,7 +238,7 @@ def thermistor_pocket(soldered: SolderedThermistor | None, sensor: Thermistor | 
 def jig_frames(layout: Layout) -> tuple[JigFrame, ...]:
     """Return the frames in the order of gluing. Empty for a sensor without parts on its board."""
     rows = [row for part in ("elastomer", "target") if (row := plates_of(layout.spec).glued(part))]
-    at, gap, frames = layer_heights(on_board(layout)), process_clearance(layout.spec.mount), []
+    at, gap, frames = layer_heights(layers_on_board(layout)), process_clearance(layout.spec.mount), []
     under: tuple[Body, ...] = ()
     for row in rows:
         kind = row[0].role.value
@@ -312,7 +319,7 @@ def foot_pockets(layout: Layout) -> tuple[Path, ...]:
     bodies = (*pads, *plates_of(layout.spec).of("target"))
     if not bodies:
         return ()
-    wall, film = print_limit(process_of(layout.spec.mount), "free_wall").value, layout.spec.encapsulation
+    wall, film = print_limit(print_process(layout.spec.mount), "free_wall").value, layout.spec.encapsulation
     # a skin that is cast already stands round the pieces, its walls leaning by the draft
     skin = film.thickness + math.tan(DRAFT) * top_height(layout.spec) if film is not None and is_cast(layout) else 0.0
     if has_round_body(layout.spec.fpc.body):
@@ -397,7 +404,7 @@ def _walls_between_wells(mount: Mount | None, row: Sequence[Body]) -> tuple[list
     `row` are the parts that lie in the wells of a frame. Thin walls are left out, which joins the wells. The radius is
     small enough that the other walls stay connected with the frame.
     """
-    wall, gap = print_limit(process_of(mount), "wall").value, process_clearance(mount)
+    wall, gap = print_limit(print_process(mount), "wall").value, process_clearance(mount)
     walls, relief = [], CORNER_RELIEF
     for first, second in combinations(row, 2):
         (x0, y0, x1, y1), (u0, v0, u1, v1) = first.footprint.box, second.footprint.box

@@ -28,7 +28,7 @@ from sitscad.assembly.places.column import (
     jaw_tolerance,
     metal_tolerances,
     mount_tolerance,
-    placement,
+    placement_tolerance,
     plate_tolerance,
     sheet_tolerance,
     usual_tolerances,
@@ -204,8 +204,8 @@ def _height_band(spec: SensorSpec) -> SizeTolerance | None:
     if mount is None or (spec.shield is None and mount.metal is None):
         return None
     if spec.shield is None:
-        return _over_metal_band(spec.assembly, spec.mount, backing_of(spec).lines_over_carrier, bool(spans))
-    lines = backing_of(spec).lines_over_shield
+        return _over_metal_band(spec.assembly, spec.mount, backing_of(spec).glue_lines_below_board, bool(spans))
+    lines = backing_of(spec).glue_lines_above_shield
     return _glued_part_band(spec.assembly, lines, mount_tolerance(spec.assembly, spec.mount) if lines > 1 else None)
 
 
@@ -228,7 +228,7 @@ def _under_shield_band(spec: SensorSpec) -> SizeTolerance | None:
         return None
     backing = backing_of(spec)
     printed = any(upper <= sheet[0] + 1e-9 for _, upper in backing.spans)
-    lines = backing.lines_over_carrier - backing.lines_over_shield
+    lines = backing.glue_lines_below_board - backing.glue_lines_above_shield
     return _over_metal_band(spec.assembly, spec.mount, lines, printed)
 
 
@@ -248,13 +248,13 @@ def _metal_band(assembly: Assembly, mount: Mount | None) -> SizeTolerance | None
     return None if jaw is None else jaw_tolerance(assembly, jaw.height)
 
 
-_PLACEMENT = _part_tolerance("target", lambda target, assembly: placement(assembly))
+_PLACEMENT = _part_tolerance("target", lambda target, assembly: placement_tolerance(assembly))
 """Function that returns the tolerance (m) of the target's place along x or y."""
 
 
 def _turn_band(target: Target, assembly: Assembly) -> SizeTolerance:
     """Return the tolerance (rad) of the target's rotation about z, from the placement of its two ends."""
-    place, across = placement(assembly), min(target.size)
+    place, across = placement_tolerance(assembly), min(target.size)
     ends = f"of both ends, {1e3 * across:.3g} mm apart: "
     return SizeTolerance(2.0 * place.band / across, ends + place.source)
 

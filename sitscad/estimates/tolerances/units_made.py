@@ -139,7 +139,7 @@ def with_height(spec: SensorSpec, off: float) -> SensorSpec:
     if sheet is not None:
         room = board_heights(spec.fpc.stackup)[0] - sheet[1] + offsets.shield
     down = max(off,
-               -room - spec.assembly.glue_line * (backing_of(spec).lines_over_shield if sheet is not None else 1))
+               -room - spec.assembly.glue_line * (backing_of(spec).glue_lines_above_shield if sheet is not None else 1))
     return with_distances(spec, shield=down, metal=down)
 
 

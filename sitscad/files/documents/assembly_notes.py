@@ -17,11 +17,11 @@ from sitscad.assembly.places.column import (
     Toleranced,
     column,
     layer_heights,
-    on_board,
+    layers_on_board,
     sealed_height,
 )
 from sitscad.assembly.places.fit import measures
-from sitscad.assembly.places.seating import relief
+from sitscad.assembly.places.seating import tail_support
 from sitscad.assembly.places.state import FREE, REST
 from sitscad.assembly.solids.tooling import BOARD_PRESS, foot_pockets, push_places, silicone_to_mix, skin_silicone
 from sitscad.basics.check_results import Measure
@@ -157,7 +157,7 @@ def _steps(layout: Layout, readout: ReadoutEstimate, bench: Estimates) -> Iterat
 
     Lines of tables follow a step's sentences after line breaks.
     """
-    spec, at = layout.spec, layer_heights(column(layout) or on_board(layout))
+    spec, at = layout.spec, layer_heights(column(layout) or layers_on_board(layout))
     yield from _preparation_steps(layout)
     if is_wanted(layout.size, layout.spec.fpc):
         yield (
@@ -181,7 +181,7 @@ def _steps(layout: Layout, readout: ReadoutEstimate, bench: Estimates) -> Iterat
     is_cast = skin_silicone(layout) is not None  # done with the board in the base, whose pins guide the mould
     sealing = [] if spec.encapsulation is None else [
         f"{film_text(layout, spec.encapsulation)} From the board's top face to the film's upper face are "
-        f"{toleranced_text(sealed_height(on_board(layout), spec.encapsulation, spec.assembly))} then."]
+        f"{toleranced_text(sealed_height(layers_on_board(layout), spec.encapsulation, spec.assembly))} then."]
     if is_cast:
         yield from sealing
     if _has_jig(spec.elastomer, spec.target):
@@ -253,7 +253,7 @@ def _preparation_steps(layout: Layout) -> Iterator[str]:
         pads = "the piece" if is_webbed else "the pads"
         again = f" {pour_count(spec)} pours make all pads: mix anew for each." if pour_count(spec) > 1 else ""
         edge = "the edge" if spec.elastomer.outline.is_round else "a corner"
-        thickness = next(each.thickness for each in on_board(layout) if each.part == "elastomer")
+        thickness = next(each.thickness for each in layers_on_board(layout) if each.part == "elastomer")
         yield (
             f"Cut the elastomer by laser/, or cast it. {RELEASE} Mix {silicone_volume_text(poured)} of "
             f"{silicone_mix_text(spec.elastomer.material)}, take the air out of it (vacuum, until it no longer "
@@ -288,7 +288,7 @@ def _jaw_steps(layout: Layout, at: Levels) -> Iterator[str]:
     areas, stiff, glue = line_areas(layout), stiff_pieces(column(layout)), hard_adhesive(layout)
     assembly, sets = layout.spec.assembly, setting_text(glue)
     why = other_glue_reason(assembly, board_plan(layout), glue)
-    overhang = overhang_text(layout.body, mount, relief(layout), at)
+    overhang = overhang_text(layout.body, mount, tail_support(layout), at)
     alignment = alignment_text(layout.body, mount, assembly, piece_sizes(layout), mount.jaw, stiff)
     yield (
         "Degrease the jaw's face. Heights in the next steps are above its metal: zero a dial gauge there."

@@ -7,7 +7,7 @@ import math
 from sitscad.assembly.places import stack
 from sitscad.assembly.places.bodies import MOUNT_PIECES, backing_of, plates_of
 from sitscad.assembly.places.column import Toleranced
-from sitscad.assembly.places.jaws import half_width, jaw_section
+from sitscad.assembly.places.jaws import jaw_section, seat_half_width
 from sitscad.assembly.solids.tooling import FOAM, FOAM_STRAIN, FOOT_INSET, FOOT_ROOM, PEG, foot_pockets
 from sitscad.basics.units import in_mm, show
 from sitscad.estimates.loads.gluing import (
@@ -263,9 +263,9 @@ def line_areas(layout: Layout) -> dict[str, float]:
         return {}
     faces, sheet = dict[str, tuple[float, float]](), stack.shield(layout)
     if sheet is not None:
-        faces["shield"] = (half_width(layout, sheet.lower),) * 2
+        faces["shield"] = (seat_half_width(layout, sheet.lower),) * 2
     for name, (low, high) in zip(MOUNT_PIECES, backing_of(spec).spans, strict=False):
-        faces[name] = half_width(layout, low), half_width(layout, high)
+        faces[name] = seat_half_width(layout, low), seat_half_width(layout, high)
     faces["board"] = half, half
     areas, below = {}, jaw_section(jaw).face / 2
     for name, (lower, upper) in faces.items():

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Sequence
 
 from sitscad.assembly.places import stack
 from sitscad.assembly.places.bodies import MOUNT_PIECES, backing_of, plates_of
-from sitscad.assembly.places.column import GLUE, Layer, Levels, column, placement
-from sitscad.assembly.places.jaws import POCKET_CLEARANCE, free_half_width, half_width, jaw_range, jaw_section
+from sitscad.assembly.places.column import GLUE, Layer, Levels, column, placement_tolerance
+from sitscad.assembly.places.jaws import POCKET_CLEARANCE, free_half_width, jaw_range, jaw_section, seat_half_width
 from sitscad.assembly.places.seating import Relief, clearance, process_clearance, retention, side_ledges, stop_place
 from sitscad.assembly.solids.seat import GROOVE_DEPTH, groove_places
 from sitscad.assembly.solids.tooling import FOAM, FOOT_INSET
@@ -33,7 +33,7 @@ From memory, not verified.
 
 def place_tolerance_text(assembly: Assembly) -> str:
     """Return the largest deviation (mm) of a piece from its intended place, along and across the jaw, as text."""
-    return f"+-{1e3 * placement(assembly).band:.3f} mm"
+    return f"+-{1e3 * placement_tolerance(assembly).band:.3f} mm"
 
 
 def piece_sizes(layout: Layout) -> dict[str, tuple[float, float]]:
@@ -51,7 +51,7 @@ def piece_sizes(layout: Layout) -> dict[str, tuple[float, float]]:
         sizes["mount"] = (x0 if stop is None else stop[0]), wide
     sheet = stack.shield(layout)
     if sheet is not None:
-        sizes["shield"] = x0, 2.0 * half_width(layout, sheet.heights[0])
+        sizes["shield"] = x0, 2.0 * seat_half_width(layout, sheet.heights[0])
     return sizes
 
 
@@ -175,7 +175,7 @@ def stop_place_text(layout: Layout) -> str:
     assert mount is not None and jaw is not None
     distance = in_mm(layout.body[0] - jaw_range(layout.body, jaw)[0], 2)
     end = f"its end {distance} mm from the jaw's tip, to {place_tolerance_text(layout.spec.assembly)}"
-    over = layout.body_size[1] / 2 - half_width(layout, backing_of(layout.spec).spans[-1][1])
+    over = layout.body_size[1] / 2 - seat_half_width(layout, backing_of(layout.spec).spans[-1][1])
     sides = f"stand out by {in_mm(over, 2)} mm beside the mount's floor" if over > FLUSH else "are flush with the mount"
     beside = f"; its sides {sides}, equally on both sides (microscope)"
     if side_ledges(layout) is not None:
@@ -304,7 +304,7 @@ def groove_text(layout: Layout) -> str:
     places, width = groove_places(layout.body, layout.spec.mount, spans[-1])
     if not places:
         return ""
-    across = 2.0 * half_width(layout, spans[-1][1])
+    across = 2.0 * seat_half_width(layout, spans[-1][1])
     volume = 1e9 * len(places) * width * GROOVE_DEPTH * across
     return (
         f" Spread the glue between the {len(places)} grooves across the mount's floor, not into them: they take the "

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from sitscad.assembly.places.jaws import jaw_range
-from sitscad.assembly.places.seating import relief
+from sitscad.assembly.places.seating import tail_support
 from sitscad.assembly.places.tail_path import ROD, Lip, bending_rod_start, bends, lip, stated_bend, tail_path
 from sitscad.basics.units import in_mm
 from sitscad.estimates.loads.gluing import hard_adhesive
@@ -28,7 +28,7 @@ def glued_tail_size(layout: Layout) -> tuple[float, float] | None:
 
     None if the tail is not glued to either.
     """
-    tongue, edge, path, jaw = relief(layout), lip(layout), tail_path(layout), layout.spec.jaw
+    tongue, edge, path, jaw = tail_support(layout), lip(layout), tail_path(layout), layout.spec.jaw
     if jaw is None or path is None:
         return None
     if tongue is not None:
@@ -162,7 +162,7 @@ def strain_relief_text(layout: Layout) -> str:
 
     The tail is fixed to the mount's tongue, else to the jaw's face, else behind the jaw.
     """
-    bending, tongue, edge = glued_tail_text(layout), relief(layout), lip(layout)
+    bending, tongue, edge = glued_tail_text(layout), tail_support(layout), lip(layout)
     fixed = glued_tail_size(layout)
     area = 0.0 if fixed is None else fixed[0] * fixed[1]
     glue = hard_glue_dose_text(layout.spec.assembly, hard_adhesive(layout), area)

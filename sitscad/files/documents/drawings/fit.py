@@ -25,10 +25,10 @@ from sitscad.assembly.places.fit import (
 from sitscad.assembly.places.jaws import (
     POCKET_CLEARANCE,
     board_middle,
-    half_width,
     jaw_range,
     jaw_section,
     jaw_with_rims,
+    seat_half_width,
 )
 from sitscad.assembly.places.stack import support_width
 from sitscad.assembly.places.tail_path import tail_path
@@ -391,7 +391,7 @@ def _half_width_of_layer(layout: Layout, jaw: Jaw, part: str, level: float) -> f
         if body.role.value == part:
             return (body.footprint.box[3] - body.footprint.box[1]) / 2
     at = layer_heights(column(layout))
-    return half_width(layout, level - at["board"][1].nominal)
+    return seat_half_width(layout, level - at["board"][1].nominal)
 
 
 def _layer_outline(layout: Layout, jaw: Jaw, part: str, at: dict[str, tuple[float, float]]) -> Path:
