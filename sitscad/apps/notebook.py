@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from sitscad.checks.findings.document import sorted_by_severity
-from sitscad.files.drawing.pictures.layout_picture import picture
+from sitscad.files.drawing.pictures.layout_picture import layout_svg
 from sitscad.files.report.numbers import estimate_tables, html_table, page_tables
 from sitscad.files.report.response import response_rows
 from sitscad.layout import lay_out
@@ -27,9 +27,9 @@ def show_check(result: CheckResult) -> str:
 
 
 SHOWN: dict[tuple[str, str], tuple[str, Callable[[Any], str]]] = {
-    ("sitscad.spec.sensor", "SensorSpec"): ("image/svg+xml", lambda spec: picture(lay_out(spec))),
-    ("sitscad.layout.board", "Layout"): ("image/svg+xml", picture),
-    ("sitscad.estimates.design", "Design"): ("image/svg+xml", lambda design: picture(design.layout)),
+    ("sitscad.spec.sensor", "SensorSpec"): ("image/svg+xml", lambda spec: layout_svg(lay_out(spec))),
+    ("sitscad.layout.board", "Layout"): ("image/svg+xml", layout_svg),
+    ("sitscad.estimates.design", "Design"): ("image/svg+xml", lambda design: layout_svg(design.layout)),
     ("sitscad.estimates.coil_estimates", "Estimates"): (
         "text/html", lambda estimates: page_tables(estimate_tables(estimates))),
     ("sitscad.estimates.response.response_arrays", "Response"): (

@@ -29,7 +29,7 @@ from sitscad.files.documents.drawings import fit, jaw, plan_view
 from sitscad.files.documents.drawings import stackup as stackup_drawing
 from sitscad.files.documents.mounting import unread_files
 from sitscad.files.documents.preparing import is_missing_list_right
-from sitscad.files.drawing.pictures.layout_picture import PicturePoint, picture
+from sitscad.files.drawing.pictures.layout_picture import PicturePoint, layout_svg
 from sitscad.files.drawing.svg import svg
 from sitscad.files.formats import WRITERS
 from sitscad.files.report.moving import live_page, pushed_document, solids_document
@@ -570,10 +570,10 @@ def _report_pictures(contents: Contents, files: Mapping[str, bytes]) -> dict[str
         f"What does not fit, cut open ({SOLIDS_PICTURE}).": SOLIDS_PICTURE,
     }
     pictures = {caption: files[name].decode("utf-8") for caption, name in wrong.items() if name in files} | {
-        f"{body}, seen from the top, to scale; lower copper shows as narrow lines.": picture(
+        f"{body}, seen from the top, to scale; lower copper shows as narrow lines.": layout_svg(
             layout, None, layout.body, marks, "body"
         ),
-        "The whole board, to scale.": picture(layout, None, None, marks),
+        "The whole board, to scale.": layout_svg(layout, None, None, marks),
         "The board's layers; heights to scale, lengths not.": svg(layers),
     }
     if (jaws := _jaw_drawing(contents)) is not None:

@@ -48,7 +48,7 @@ from sitscad.files.documents.datasheet_plots import (
     sensor_plots,
 )
 from sitscad.files.drawing.pdf import pdf
-from sitscad.files.drawing.sheet import Label, Sheet, flattened, plot
+from sitscad.files.drawing.sheet import Label, Sheet, draw_figure, flat_items
 from sitscad.files.drawing.svg import svg
 from sitscad.files.report.page import _performance_html
 from sitscad.package.contents import incoming_tests, nominal_calibration
@@ -280,8 +280,8 @@ def test_curves_beyond_validated_shear_are_marked_extrapolated(bench, drawn):
         plots, texts, captions = sensor_plots(replace(drawn, validated_shear=held), bench.performance), [], ""
         for each in plots[:2]:
             sheet = Sheet("plot", each.size)
-            plot(sheet, (0.0, 0.0, *each.size), each.draw)
-            texts.append({item.text for item in flattened(sheet.items) if isinstance(item, Label)})
+            draw_figure(sheet, (0.0, 0.0, *each.size), each.draw)
+            texts.append({item.text for item in flat_items(sheet.items) if isinstance(item, Label)})
         captions = " ".join(each.caption for each in plots)
         assert [("extrapolated" in result) for result in texts] == [is_marked] * 2
         assert (BEYOND in captions) is is_marked and (BEYOND_LINES in captions) is is_marked
@@ -425,8 +425,8 @@ def test_curves_of_cell_name_cell_and_show_coil_once(bench, drawn):
     curve, errors_of = sensor_plots(alone, bench.performance, "cell 5")
     assert curve.caption.startswith("Cell 5") and "shear" not in curve.caption and "worst" in errors_of.caption
     sheet = Sheet("plot", curve.size)
-    plot(sheet, (0.0, 0.0, *curve.size), curve.draw)
-    assert "cell 5, L5" in [item.text for item in flattened(sheet.items) if isinstance(item, Label)]
+    draw_figure(sheet, (0.0, 0.0, *curve.size), curve.draw)
+    assert "cell 5, L5" in [item.text for item in flat_items(sheet.items) if isinstance(item, Label)]
     plots = sensor_plots(drawn, bench.performance)
     assert not any(word in each.caption for each in plots for word in ("Cell", "worst"))
 
@@ -461,10 +461,10 @@ def test_plot_consists_of_sheet_shapes_and_labels():
         axes.set(xlabel="force", ylim=(0.0, 2.0))
         axes.legend()
 
-    plot(sheet, (0.0, 0.0, 80.0, 50.0), line)
-    texts = [item.text for item in flattened(sheet.items) if isinstance(item, Label)]
+    draw_figure(sheet, (0.0, 0.0, 80.0, 50.0), line)
+    texts = [item.text for item in flat_items(sheet.items) if isinstance(item, Label)]
     assert {"force", "curve", "2.0"} <= set(texts)
-    for item in flattened(sheet.items):
+    for item in flat_items(sheet.items):
         if not isinstance(item, Label):
             for path in item.paths:
                 for piece in path.segments:

@@ -264,7 +264,7 @@ def test_stated_bend_is_drawn_with_its_values():
     lines = [item for item in drawing.items if isinstance(item, Shape) and item.pen == board_drawing.BEND_LINE]
     ((path,),) = [item.paths for item in lines]
     assert abs(path.start.x - path.end.x) < 1e-9 and isinstance(path.segments[0], Line)
-    assert ">bend 45 deg up<" in board_picture.picture(layout)
+    assert ">bend 45 deg up<" in board_picture.layout_svg(layout)
 
 
 @pytest.mark.parametrize("name", ["straight", "fine", "left", "capacitors"])

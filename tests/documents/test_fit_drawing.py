@@ -13,7 +13,7 @@ from sitscad.assembly.places.fit import pin_gaps
 from sitscad.basics.finding import Finding, Severity
 from sitscad.files.documents.drawings.fit import fit_sheet
 from sitscad.files.drawing.frame import RED
-from sitscad.files.drawing.sheet import Label, flattened
+from sitscad.files.drawing.sheet import Label, flat_items
 from sitscad.kernels.geometry.path import bounding_box
 from sitscad.package.stages import fit_picture_file
 from sitscad.spec import templates
@@ -39,7 +39,7 @@ def with_changes(layout, **changes):
 
 
 def words(sheet, colour=RED):
-    return [i.text for i in flattened(sheet.items) if isinstance(i, Label) and i.colour == colour]
+    return [i.text for i in flat_items(sheet.items) if isinstance(i, Label) and i.colour == colour]
 
 
 def test_fitting_sensor_has_no_fit_drawing(layout):
@@ -49,7 +49,7 @@ def test_fitting_sensor_has_no_fit_drawing(layout):
 
 def test_needed_circle_is_drawn_to_scale_with_port(layout):
     sheet = fit_sheet(layout, [TALL])
-    boxes = {item.name: bounding_box(item.paths) for item in flattened(sheet.items) if getattr(item, "name", "")}
+    boxes = {item.name: bounding_box(item.paths) for item in flat_items(sheet.items) if getattr(item, "name", "")}
     needed, port = boxes["fit-needed"], boxes["jaw-port"]
     assert (needed[2] - needed[0]) / (port[2] - port[0]) == approx(5.4 / 5.0, rel=1e-6)
     assert words(sheet) == ["needs 5.40"] and "port 5.00" in words(sheet, "#000000")
@@ -69,7 +69,7 @@ def test_needed_circle_is_drawn_to_scale_with_port(layout):
 def test_excess_size_is_labelled_in_red(layout, fault, said):
     sheet = fit_sheet(layout, [fault])
     assert said.format(1e3 * layout.body_size[0]) in words(sheet)
-    assert_legible(replace(sheet, items=list(flattened(sheet.items))))
+    assert_legible(replace(sheet, items=list(flat_items(sheet.items))))
 
 
 def test_tail_at_hinge_pin_and_shaft_is_drawn(layout):
@@ -83,7 +83,7 @@ def test_tail_at_hinge_pin_and_shaft_is_drawn(layout):
     sheet = fit_sheet(changed, faults, True)
     message = " ".join(words(sheet))
     assert "from the pivot" in message and "2.518 from corner to corner" in message and "IN SPITE OF" in message
-    assert_legible(replace(sheet, items=list(flattened(sheet.items))))
+    assert_legible(replace(sheet, items=list(flat_items(sheet.items))))
 
 
 def test_pivot_offset_increases_gap_to_tail(layout):

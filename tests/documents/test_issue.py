@@ -143,7 +143,7 @@ def test_kicad_title_block_contains_issue(issued):
 
 def test_pictures_parts_list_and_laser_sheets_contain_issue(issued):
     words = "part number TS-104 (a), revision B.2, 2026-11-22"
-    picture = board_picture.picture(issued)
+    picture = board_picture.layout_svg(issued)
     rows = re.findall(r"<text transform='translate\([0-9.]+ ([0-9.]+)\)'[^>]*>(.*?)</text>", picture)
     (own,) = [height for height, row in rows if words in row]
     assert [row for height, row in rows if height == own] == [words]

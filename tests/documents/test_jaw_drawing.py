@@ -16,7 +16,7 @@ from sitscad.assembly.places.fit import closed_section, closing_motion
 from sitscad.assembly.places.jaws import jaw_range
 from sitscad.assembly.places.tail_path import tail_path
 from sitscad.files.documents.drawings.jaw import jaw_sheet, render
-from sitscad.files.drawing.sheet import Group, Label, Sheet, flattened
+from sitscad.files.drawing.sheet import Group, Label, Sheet, flat_items
 from sitscad.kernels.geometry.path import bounding_box
 from sitscad.spec import templates
 
@@ -24,14 +24,14 @@ from sitscad.spec import templates
 def shapes(sheet: Sheet) -> dict[str, tuple[float, float, float, float]]:
     """The boxes (mm on paper) of what has a name."""
     result: dict[str, list] = {}
-    for item in flattened(sheet.items):
+    for item in flat_items(sheet.items):
         if getattr(item, "name", ""):
             result.setdefault(item.name, []).extend(item.paths)
     return {name: bounding_box(paths) for name, paths in result.items()}
 
 
 def words(sheet: Sheet) -> str:
-    return " ".join(item.text for item in flattened(sheet.items) if isinstance(item, Label))
+    return " ".join(item.text for item in flat_items(sheet.items) if isinstance(item, Label))
 
 
 def in_jaw(**changes):
@@ -60,7 +60,7 @@ def test_opened_jaws_are_drawn_at_their_angle():
     sheet, closes = jaw_sheet(layout), closing_motion(layout)
     assert "open by 60 deg" in words(sheet) and f"{closes.most * 1e3:.3g} mm between the faces" in words(sheet)
     (sides,) = [item for item in sheet.items if isinstance(item, Group) and item.name == "jaw-sides"]
-    boxes = [bounding_box(item.paths) for item in flattened(sides.items) if getattr(item, "fill", None) == "#a8adb5"]
+    boxes = [bounding_box(item.paths) for item in flat_items(sides.items) if getattr(item, "fill", None) == "#a8adb5"]
     closed, opened = boxes
     assert opened[3] - opened[1] > 2 * (closed[3] - closed[1]), "the opened jaw is tilted"
     assert opened[1] < 112.0 - 5.0, "and its tip goes down"
@@ -73,7 +73,7 @@ def test_never_parallel_jaws_are_drawn_tilted():
     assert closes.parallel_at < 0.0 and "too thick for the faces ever to be parallel" in words(sheet)
     assert "closed until the sensor touches at the heel" in words(sheet)
     (sides,) = [item for item in sheet.items if isinstance(item, Group) and item.name == "jaw-sides"]
-    closed = next(item for item in flattened(sides.items) if getattr(item, "fill", None) == "#a8adb5")
+    closed = next(item for item in flat_items(sides.items) if getattr(item, "fill", None) == "#a8adb5")
     corners = [segment.start for path in closed.paths for segment in path.segments]
     assert min(abs(a.y - b.y) for a, b in pairwise(corners)) > 0.1, "no side of it lies level"
 
@@ -86,8 +86,8 @@ def test_jaw_without_stated_hinge_is_not_drawn_open():
 @pytest.mark.parametrize("sizes", [{"length": 10e-3}, {"length": 6e-3, "port_diameter": 12e-3}])
 def test_short_jaw_without_hinge_is_drawn_inside_frame(sizes):
     sheet = jaw_sheet(in_jaw(hinge=None, opening=None, **sizes))
-    assert_legible(replace(sheet, items=list(flattened(sheet.items))))
-    assert all(item.at.y < 200.0 for item in flattened(sheet.items) if isinstance(item, Label))
+    assert_legible(replace(sheet, items=list(flat_items(sheet.items))))
+    assert all(item.at.y < 200.0 for item in flat_items(sheet.items) if isinstance(item, Label))
 
 
 def test_pockets_of_both_jaws_are_drawn_to_scale():
@@ -109,7 +109,7 @@ def test_pockets_of_both_jaws_are_drawn_to_scale():
 def test_side_view_shows_film_around_pad_and_target():
     sheet = jaw_sheet(in_jaw())
     (sides,) = [item for item in sheet.items if isinstance(item, Group) and item.name == "jaw-sides"]
-    fills = [getattr(item, "fill", None) for item in flattened(sides.items)]
+    fills = [getattr(item, "fill", None) for item in flat_items(sides.items)]
     assert "#9fc5e8" in fills
 
 
@@ -127,7 +127,7 @@ def test_every_template_with_jaw_has_legible_drawing(name):
     layout = sitscad.lay_out(sitscad.load_text(templates.read(name)))
     sheet = jaw_sheet(layout)
     assert sheet is not None
-    assert_legible(replace(sheet, items=list(flattened(sheet.items))))
+    assert_legible(replace(sheet, items=list(flat_items(sheet.items))))
     assert f"{closed_section(layout).height * 1e3:.3f}"[:4] in words(sheet)
 
 
@@ -135,7 +135,7 @@ def test_side_view_shows_tail_lowered_to_face_and_pivot():
     """The views had it level at the body's height, and past the pin it runs 0.8 mm lower."""
     layout = sitscad.lay_out(sitscad.load_text(templates.read("grasper_4layer")))
     way = tail_path(layout)
-    tails = [i for i in flattened(jaw_sheet(layout).items) if getattr(i, "name", "") == "jaw-side-tail"]
+    tails = [i for i in flat_items(jaw_sheet(layout).items) if getattr(i, "name", "") == "jaw-side-tail"]
     closed, opened = (bounding_box(tail.paths) for tail in tails)
     jaw, scale = layout.spec.jaw, 2.0
     pivot = layout.spec.mount.jaw.hinge + jaw_range(layout.body, jaw)[1]

@@ -45,7 +45,7 @@ def scale_of(svg: str) -> float:
 
 
 def test_tracks_and_vias_are_drawn_to_scale_of_bar(board):
-    for svg in (board_picture.picture(board), board_picture.picture(board, window=board.body)):
+    for svg in (board_picture.layout_svg(board), board_picture.layout_svg(board, window=board.body)):
         scale = scale_of(svg)
         group = next(g for g in drawing(svg).iter(f"{SVG}g") if g.get("class") == "copper-1")
         nets = [g for g in group if g.get("class", "").startswith("net-")]
@@ -58,7 +58,7 @@ def test_tracks_and_vias_are_drawn_to_scale_of_bar(board):
 
 
 def test_arcs_are_drawn_as_arcs_in_correct_direction():
-    svg = board_picture.picture(layouts.two_coils(), layers=[1])
+    svg = board_picture.layout_svg(layouts.two_coils(), layers=[1])
     spirals = [p.get("d") for p in drawing(svg).iter(f"{SVG}path") if p.get("d").count("A") == 9]
     assert len(spirals) == 2
     first = re.match(r"M([0-9.]+) ([0-9.]+)A([0-9.]+) [0-9.]+ 0 0 0 ([0-9.]+) ([0-9.]+)", spirals[0])
@@ -69,15 +69,15 @@ def test_arcs_are_drawn_as_arcs_in_correct_direction():
 
 def test_selected_layers_are_drawn_in_different_colours(board):
     last = board.copper_layers
-    everything = board_picture.picture(board)
-    only = board_picture.picture(board, layers=[last])
+    everything = board_picture.layout_svg(board)
+    only = board_picture.layout_svg(board, layers=[last])
     assert f"class='copper-{last}'" in only and "class='copper-1'" not in only
     assert len({board_legend.COLOURS[i] for i in range(last)}) == last
     assert all(f"class='copper-{i}'" in everything for i in range(1, last + 1))
 
 
 def test_labels_and_legend_name_visible_parts(board):
-    whole, body = board_picture.picture(board), board_picture.picture(board, window=board.body)
+    whole, body = board_picture.layout_svg(board), board_picture.layout_svg(board, window=board.body)
     for word in (
         "C1",
         "C2",
@@ -195,7 +195,7 @@ def test_board_without_tail_has_readme_and_picture():
     board = layouts.two_coils(tail=False)
     text = fabrication_notes.order_readme(board)
     assert "Stiffener" not in text and "Bend" not in text
-    assert "bend zone" not in board_picture.picture(board)
+    assert "bend zone" not in board_picture.layout_svg(board)
 
 
 @pytest.mark.clients("rsvg-convert")
@@ -216,7 +216,7 @@ def test_marks_are_drawn_at_positions_and_merged_if_close(board):
         board_picture.PicturePoint(x1, y1, "3", "warning"),
         board_picture.PicturePoint(x1 + 5e-3, 0.0, "4", "note"),
     ]
-    text = board_picture.picture(board, window=board.body, marks=marks)
+    text = board_picture.layout_svg(board, window=board.body, marks=marks)
     root = ET.fromstring(text)
     groups = [g for g in root.iter() if g.get("class", "").startswith("mark-")]
     assert [(g.get("class"), next(g.iter(f"{SVG}text")).text) for g in groups] == [
@@ -231,7 +231,7 @@ def test_marks_are_drawn_at_positions_and_merged_if_close(board):
         ring = next(group.iter(f"{SVG}circle"))
         assert (float(ring.get("cx")), float(ring.get("cy"))) == approx((x * scale, y * scale), abs=0.02)
     assert ">error, numbered<" in text and ">note, numbered<" not in text
-    assert "mark-" not in board_picture.picture(board)
+    assert "mark-" not in board_picture.layout_svg(board)
 
 
 @pytest.mark.parametrize("tail", ["connector: zif-0.3mm", "connector: zif-0.5mm, length: 200", "turn: left"])
@@ -242,7 +242,7 @@ def test_contact_names_do_not_overlap(tail):
         "trace_spacing: 0.1}\narray: {pattern: grid, count: [2, 2], pitch: 6}\n"
     )
     layout = lay_out(load_text(f"{text}fpc: {{tail: {{{tail}}}}}\n"))
-    root = ET.fromstring(board_picture.picture(layout))
+    root = ET.fromstring(board_picture.layout_svg(layout))
     (group,) = [g for g in root.iter(f"{SVG}g") if g.get("id") == "board-contact-names"]
     names = group.findall(f"{SVG}text")
     assert [t.text for t in names] == [f"{p.number}: {p.pin}" if p.pin else f"{p.number}" for p in layout.pads]
@@ -256,7 +256,7 @@ def test_contact_names_do_not_overlap(tail):
 def test_every_picture_colour_is_in_legend(layers):
     coil = f"{{shape: circle, outer_diameter: 8, turns: 5, layers: {layers}, trace_width: 0.1, trace_spacing: 0.1}}"
     spec = load_text(f"sitscad: 1\nname: colours\ncoil: {coil}\nfpc: {{tail: {{length: 30}}}}\n")
-    for svg in (board_picture.picture(lay_out(spec)), board_picture.picture(lay_out(spec), layers=[1])):
+    for svg in (board_picture.layout_svg(lay_out(spec)), board_picture.layout_svg(lay_out(spec), layers=[1])):
         inner = ET.tostring(drawing(svg), encoding="unicode")
         legend = svg[svg.index("</svg>") :]
         colours = set(re.findall(r"(?:fill|stroke)=\"(#[0-9a-f]{6})\"", inner))
@@ -268,7 +268,7 @@ def test_every_picture_colour_is_in_legend(layers):
 
 def test_legend_texts_do_not_overlap_signs(template):
     """Where Helvetica is not installed "bend 48.16 deg down" ran into the sign beside it: letters are a fifth wider."""
-    root = ET.fromstring(board_picture.picture(lay_out(load(template))))
+    root = ET.fromstring(board_picture.layout_svg(lay_out(load(template))))
     rows = {}
     for text in root.iter(f"{SVG}text"):
         if text.get("text-anchor") == "start" and text.get("font-size") == f"{board_picture.LETTERS:g}":
@@ -314,7 +314,8 @@ def test_jig_piece_label_states_whole_height():
     cuts = [(Solid("jig-base", shape, "resin", "#000000", BodyRole.JIG), cut),
             (Solid("mount", shape, "resin", "#000000", BodyRole.MOUNT), cut)]
     with sheet.group("section"):
-        rendered._labels(sheet, cuts, spec.encapsulation, spec.mount, lambda y, z: rendered.Point(y, z), 10.0, 10.0)
+        rendered._draw_labels(
+            sheet, cuts, spec.encapsulation, spec.mount, lambda y, z: rendered.Point(y, z), 10.0, 10.0)
     (group,) = sheet.items
     texts = {item.text for item in group.items if hasattr(item, "text")}
     assert texts == {"jig-base: resin, 4.04 mm high", "mount: resin, 2.24 mm"}
@@ -322,10 +323,10 @@ def test_jig_piece_label_states_whole_height():
 
 def test_equal_coordinates_have_one_ordinate():
     """Body and outline, a ten thousandth of a millimetre apart, stood twice at one corner, forked."""
-    from sitscad.files.drawing.frame import View, ordinates
+    from sitscad.files.drawing.frame import View, draw_ordinates
     from sitscad.files.drawing.sheet import Sheet
     from sitscad.files.drawing.svg import svg
 
     sheet = Sheet("t", (100.0, 100.0), unit="", decimals=1)
-    ordinates(sheet, View(1.0, (50.0, 50.0)), 0, [-6.1270e-3, -6.12703e-3, 2e-3], 40.0, 30.0)
+    draw_ordinates(sheet, View(1.0, (50.0, 50.0)), 0, [-6.1270e-3, -6.12703e-3, 2e-3], 40.0, 30.0)
     assert svg(sheet).count("-6.127") == 1

@@ -13,8 +13,8 @@ from tolerance import approx
 from sitscad.assembly import solids as parts
 from sitscad.assembly.places.bodies import BodyRole
 from sitscad.assembly.solids.solid import Solid, one_solid, prism
-from sitscad.files.drawing.pictures.rendered import assembly_svg, exploded
-from sitscad.files.drawing.sheet import Shape, Sheet, flattened
+from sitscad.files.drawing.pictures.rendered import assembly_svg, draw_exploded
+from sitscad.files.drawing.sheet import Shape, Sheet, flat_items
 from sitscad.kernels.geometry.path import enclosed_area, rectangle
 
 pytestmark = pytest.mark.cad
@@ -107,6 +107,6 @@ def test_hidden_faces_of_a_solid_are_not_drawn():
 def painted(solid: Solid) -> float:
     """The area of the sheet that is painted where a solid is drawn alone: faces that hide others count twice."""
     sheet = Sheet("", unit="")
-    exploded(sheet, (solid,), 300.0, 300.0)
-    shapes = (shape for shape in flattened(sheet.items) if isinstance(shape, Shape) and shape.fill)
+    draw_exploded(sheet, (solid,), 300.0, 300.0)
+    shapes = (shape for shape in flat_items(sheet.items) if isinstance(shape, Shape) and shape.fill)
     return sum(abs(sum(enclosed_area(path) for path in shape.paths)) for shape in shapes)

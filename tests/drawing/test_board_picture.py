@@ -8,7 +8,7 @@ import pytest
 
 import sitscad
 from sitscad.files.documents.drawings import plan_view
-from sitscad.files.drawing.pictures.layout_picture import colour, picture
+from sitscad.files.drawing.pictures.layout_picture import layer_colour, layout_svg
 from sitscad.files.drawing.svg import svg
 from sitscad.spec import templates
 
@@ -24,16 +24,16 @@ def texts(drawing):
 
 @pytest.mark.parametrize("window", [False, True])
 def test_board_picture_labels_axes_and_board_edge(layout, window):
-    shown = texts(picture(layout, window=layout.body if window else None))
+    shown = texts(layout_svg(layout, window=layout.body if window else None))
     assert shown.count("x") == shown.count("y") == 1 and "edge of the board" in shown
 
 
 def test_board_picture_shows_required_largest_outline(layout):
     """A board that reached beyond it was drawn without it."""
-    assert "board-largest" not in picture(layout)
+    assert "board-largest" not in layout_svg(layout)
     text = templates.read("bench_7mm").replace("fpc:", "fpc:\n  largest: {shape: rectangle, size: [18, 9]}", 1)
     asked = sitscad.lay_out(sitscad.load_text(text))
-    drawn = picture(asked)
+    drawn = layout_svg(asked)
     assert "id='board-largest'" in drawn and "fpc.largest" in texts(drawn)
     keys = [texts(svg(plan_view.plan_sheet(each))).count("largest outline that is asked for")
             for each in (layout, asked)]
@@ -42,13 +42,13 @@ def test_board_picture_shows_required_largest_outline(layout):
 
 def test_tracks_below_other_copper_are_drawn_on_top_in_own_colour(layout):
     """Of a coil of two layers the lower one could not be seen."""
-    drawn = picture(layout)
+    drawn = layout_svg(layout)
     under = drawn[drawn.index("id='board-under-2'"):drawn.index("id='board-vias'")]
     assert drawn.index("id='board-copper-1'") < drawn.index("id='board-under-2'")
-    assert colour(2) in under and colour(1) not in under
+    assert layer_colour(2) in under and layer_colour(1) not in under
     assert all(f"id='board-under-2-net-{net}'" in under for net in layout.nets)
     assert "lower copper under upper" in texts(drawn)
-    assert "board-under-" not in picture(layout, layers=[1]), "nothing lies under a layer that is shown alone"
+    assert "board-under-" not in layout_svg(layout, layers=[1]), "nothing lies under a layer that is shown alone"
 
 
 def test_plan_view_has_axes_and_legend_entry_per_outline(layout):

@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 import numpy as np
 from tolerance import approx
 
-from sitscad.files.drawing.pictures.rendered import Coloured, camera, fitted, rendered
+from sitscad.files.drawing.pictures.rendered import PaintedMesh, draw_meshes, fitted_view, view_axes
 from sitscad.files.drawing.sheet import Shape, Sheet
 from sitscad.files.drawing.svg import svg
 from sitscad.kernels.geometry.path import enclosed_area
@@ -21,7 +21,7 @@ def block(low, high, colour):
     (x0, y0, z0), (x1, y1, z1) = low, high
     points = np.array([(x, y, z) for z in (z0, z1) for y in (y0, y1) for x in (x0, x1)], dtype=float)
     sides = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
-    return Coloured(
+    return PaintedMesh(
         points, np.array([(a, b, c) for s in sides for a, b, c in ((s[0], s[1], s[2]), (s[0], s[2], s[3]))]), colour
     )
 
@@ -29,8 +29,8 @@ def block(low, high, colour):
 def drawn(*meshes, angles=(0.0, 0.0)):
     """The area (of the sheet) of every colour."""
     sheet = Sheet("", SIZE, unit="")
-    view = fitted(meshes, camera(*angles), SIZE)
-    rendered(sheet, meshes, view, SIZE)
+    view = fitted_view(meshes, view_axes(*angles), SIZE)
+    draw_meshes(sheet, meshes, view, SIZE)
     areas = {}
     for shape in sheet.items:
         if isinstance(shape, Shape) and shape.fill:
@@ -76,11 +76,11 @@ def test_rendering_is_repeatable():
 def test_empty_and_off_picture_meshes_draw_nothing():
     """Meshes that are cut open may have nothing left; a raster is as large as what it shows."""
     red = block((0, 0, 0), (2, 1, 1), "#ff0000")
-    none = Coloured(np.zeros((0, 3)), np.zeros((0, 3), dtype=int), "#00ff00")
+    none = PaintedMesh(np.zeros((0, 3)), np.zeros((0, 3), dtype=int), "#00ff00")
     _, areas, text = drawn(red, none)
     assert (areas, text) == drawn(red)[1:]
     beside, sheet = block((-9, 0, 3), (-8, 1, 4), "#0000ff"), Sheet("", SIZE, unit="")
-    rendered(sheet, [beside], fitted([red], camera(0.0, 0.0), SIZE), SIZE)
+    draw_meshes(sheet, [beside], fitted_view([red], view_axes(0.0, 0.0), SIZE), SIZE)
     assert not list(sheet.items)
 
 

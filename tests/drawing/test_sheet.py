@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from tolerance import approx
 
 from sitscad.files.drawing.pdf import pdf
-from sitscad.files.drawing.sheet import Pen, Sheet, flattened, text_width
+from sitscad.files.drawing.sheet import Pen, Sheet, flat_items, text_width
 from sitscad.files.drawing.svg import path_data, svg
 from sitscad.kernels.geometry.path import Arc, Path, Point, circle, closed_polygon, polar, polyline, rectangle
 
@@ -34,7 +34,7 @@ def test_svg_group_is_found_by_its_name():
     named = {e.get("id"): e for e in root.iter() if e.get("id")}
     assert list(named) == ["net-C1", "it's <odd>", "pad"]
     assert named["net-C1"].get("class") == "copper" and named["pad"] in list(named["it's <odd>"])
-    assert [type(item).__name__ for item in flattened(sheet.items)] == ["Shape", "Label"]
+    assert [type(item).__name__ for item in flat_items(sheet.items)] == ["Shape", "Label"]
 
 
 def test_exception_in_group_keeps_sheet_usable():
@@ -42,7 +42,7 @@ def test_exception_in_group_keeps_sheet_usable():
     with pytest.raises(ZeroDivisionError), sheet.group("half"):
         sheet.line(0.0, 0.0, 1.0 / 0.0, 1.0)
     sheet.line(0.0, 0.0, 1.0, 1.0)
-    assert len(list(flattened(sheet.items))) == 1
+    assert len(list(flat_items(sheet.items))) == 1
 
 
 def test_line_of_zero_length_is_omitted():

@@ -22,7 +22,7 @@ from sitscad.checks.board.tail import RULES
 from sitscad.checks.rules import apply_rule
 from sitscad.estimates.design import Design
 from sitscad.files.documents.drawings import board_drawing
-from sitscad.files.drawing.sheet import Label, flattened
+from sitscad.files.drawing.sheet import Label, flat_items
 from sitscad.files.formats.kicad.project_files import board_text as kicad_board
 from sitscad.files.order_facts.notes import bend_text, bent_text
 from sitscad.layout import lay_out
@@ -69,7 +69,7 @@ def test_solids_bend_at_listed_bends(name):
 def test_documents_name_all_bends(name):
     """The S of a grasper's tail stood in STEP and jaw drawing alone, and the cap's lip nowhere."""
     layout = laid(name)
-    drawing = " ".join(i.text for i in flattened(board_drawing.board_sheet(layout, "").items) if isinstance(i, Label))
+    drawing = " ".join(i.text for i in flat_items(board_drawing.board_sheet(layout, "").items) if isinstance(i, Label))
     for words in (bend_text(bend_stretch(layout), bends(layout), pivot_line(layout)), bent_text(layout), drawing,
                   kicad_board(layout)):
         for bend in bends(layout):

@@ -8,7 +8,7 @@ import pytest
 from browser import Browser
 
 from sitscad.apps.watch.server import PageState, make_server
-from sitscad.files.drawing.web_page import page, part, table
+from sitscad.files.drawing.web_page import aligned_html_table, html_page, html_section
 
 pytestmark = [pytest.mark.clients("chromium")]
 
@@ -24,8 +24,8 @@ ROWS = [
 def test_tables_fit_390_pixel_width(tmp_path):
     """The last column of the force table and the second axis of the data sheet were cut off."""
     path = tmp_path / "page.html"
-    tables = "".join(table(head, [row], [k > 0 for k in range(len(head))]) for head, row in ROWS)
-    path.write_text(page("narrow", [part("Tables", tables)]), encoding="utf-8")
+    tables = "".join(aligned_html_table(head, [row], [k > 0 for k in range(len(head))]) for head, row in ROWS)
+    path.write_text(html_page("narrow", [html_section("Tables", tables)]), encoding="utf-8")
     with Browser() as browser:
         browser.call("Emulation.setDeviceMetricsOverride", width=390, height=800, deviceScaleFactor=1, mobile=True)
         browser.open(path.as_uri(), "document.querySelector('table')")

@@ -27,7 +27,7 @@ from sitscad.estimates.windings.own_capacitance import (
     FEW_TURNS_CAPACITANCE_ERROR,
     USUAL_PERMITTIVITY,
 )
-from sitscad.files.drawing.pictures.layout_picture import coil_extent, picture
+from sitscad.files.drawing.pictures.layout_picture import coil_extent, layout_svg
 from sitscad.files.formats.kicad.coil import coil_footprints
 from sitscad.kernels.electromagnetics.constants import SPEED_OF_LIGHT
 from sitscad.kernels.electromagnetics.resonator import resonance_frequency
@@ -151,7 +151,7 @@ class Spiral(CoilResult):
 
     def picture(self) -> str:
         """Return a picture of the coil as SVG text."""
-        return picture(self.layout, self.coil.layers, coil_extent(self.coil, self.layout.coils[0]), name="coil")
+        return layout_svg(self.layout, self.coil.layers, coil_extent(self.coil, self.layout.coils[0]), name="coil")
 
     def _repr_svg_(self) -> str:
         """Return the picture, for notebooks."""

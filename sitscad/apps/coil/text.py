@@ -25,7 +25,7 @@ from sitscad.basics.quantities import (
 )
 from sitscad.basics.units import count_text, escape_controls, quantity, show
 from sitscad.checks.findings import styled, to_json
-from sitscad.files.drawing.sheet import Sheet, plot
+from sitscad.files.drawing.sheet import Sheet, draw_figure
 from sitscad.files.drawing.svg import svg
 from sitscad.files.report.numbers import table_text
 
@@ -180,7 +180,7 @@ def comparison_picture(comparison: Comparison) -> str:
     Raises `MissingExtra` if matplotlib is not installed.
     """
     sheet = Sheet("measured and computed coil", SIZE, decimals=3)
-    plot(sheet, (0.0, 0.0, *SIZE), lambda figure: _draw_comparison(comparison, figure))
+    draw_figure(sheet, (0.0, 0.0, *SIZE), lambda figure: _draw_comparison(comparison, figure))
     return svg(sheet)
 
 

@@ -45,10 +45,10 @@ from sitscad.apps.study.sweeping import chart_scale, measure_title, value_text
 from sitscad.assembly.places.bodies import plates_of
 from sitscad.basics.record import record
 from sitscad.basics.units import count_text
-from sitscad.files.drawing.pictures.layout_picture import picture
+from sitscad.files.drawing.pictures.layout_picture import layout_svg
 from sitscad.files.drawing.sheet import COLOURS, Pen, Sheet
 from sitscad.files.drawing.svg import svg
-from sitscad.files.drawing.web_page import figure, page, part
+from sitscad.files.drawing.web_page import html_figure, html_page, html_section
 from sitscad.files.report.moving import json_script
 from sitscad.files.report.numbers import page_tables
 from sitscad.kernels.geometry.path import Path, Point, bounding_box, box_around, circle
@@ -289,29 +289,29 @@ class StudyPage:
         parts = [
             f"<style>{STYLE}</style>",
             self.head_part(goals, verdict, verdict_lines(self.answer)),
-            part("What stands in the way", self.obstacles_part()) if not self.answer.is_met else "",
-            part("Designs", self.designs_part()),
-            part("Yield", self.yields_part()),
-            part("The front" if self.answer.front else "What was found", self.front_part()),
-            part("Why designs were refused", self.obstacles_part()) if self.answer.is_met else "",
-            part("How far the figures can be trusted", "".join(_paragraphs(trust_lines(self.answer)))),
-            part("How it goes on", self.next_steps_part()),
+            html_section("What stands in the way", self.obstacles_part()) if not self.answer.is_met else "",
+            html_section("Designs", self.designs_part()),
+            html_section("Yield", self.yields_part()),
+            html_section("The front" if self.answer.front else "What was found", self.front_part()),
+            html_section("Why designs were refused", self.obstacles_part()) if self.answer.is_met else "",
+            html_section("How far the figures can be trusted", "".join(_paragraphs(trust_lines(self.answer)))),
+            html_section("How it goes on", self.next_steps_part()),
             json_script("study-data", self.script_data()),
             f"<script>{script}</script>",
         ]
         file_name = self.request.base.path.replace("\\", "/").rpartition("/")[2]
-        return page(f"{self.answer.name}: study", parts, f" \u00b7 base {escape(file_name)}, SHA-256 "
-                    f"{self.request.base.spec.source.sha256}")
+        return html_page(f"{self.answer.name}: study", parts, f" \u00b7 base {escape(file_name)}, SHA-256 "
+                         f"{self.request.base.spec.source.sha256}")
 
     def progress_html(self, of: int) -> str:
         """Return the page of a search in progress with `of` designs: screen-level results without kept designs."""
         answer, good = self.answer, sum(mark.kind != "refused" for mark in self.marks)
         verdict = f"{len(answer.results.screened)} of {of} designs looked at by the screen, {good} keep everything"
         head = self.head_part([goal.written for goal in self.request.goals], ("good" if good else "bad", verdict), ())
-        return page(f"{answer.name}: sweep", [
+        return html_page(f"{answer.name}: sweep", [
             head.replace("<header>", f"<header><style>{STYLE}</style>", 1),
-            part("The front so far", self.front_part(), "front"),
-            part("Why designs were refused", self.obstacles_part(), "refused"),
+            html_section("The front so far", self.front_part(), "front"),
+            html_section("Why designs were refused", self.obstacles_part(), "refused"),
         ])
 
     def head_part(self, goals: Sequence[str], verdict: tuple[str, str], lines: Iterable[str]) -> str:
@@ -348,9 +348,9 @@ class StudyPage:
         articles = ""
         for number, layout in enumerate(self.answer.layouts, 1):
             x0, y0, x1, y1 = layout.body
-            board = picture(layout, window=(x0, y0, x1 + 1e-3, y1), name=f"design-{number}")
+            board = layout_svg(layout, window=(x0, y0, x1 + 1e-3, y1), name=f"design-{number}")
             caption = f"Design {number} from the top, its tail cut off: designs/{number}.yaml"
-            articles += f"<article id='kept-{number}'>{figure(board, caption)}</article>"
+            articles += f"<article id='kept-{number}'>{html_figure(board, caption)}</article>"
         return _table(design_table(self.answer)) + articles
 
     def yields_part(self) -> str:
@@ -376,7 +376,7 @@ class StudyPage:
             figures = (base[across], base[up]) if across in base and up in base else None
             places = [place(mark) for mark in self.marks]
             beyond = sum(1 for at in places if at is None or not (axes[0].has(at[0]) and axes[1].has(at[1])))
-            fields += figure(scatter_chart(f"field-{k}", axes, self.marks, place, figures), CAPTION + (
+            fields += html_figure(scatter_chart(f"field-{k}", axes, self.marks, place, figures), CAPTION + (
                 f" {count_text(beyond, 'design')} beyond the picture, or without these figures." if beyond else ""))
         summary = f"The front as a table: {count_text(len(self.answer.front), 'design')}"
         table = _table(front_table(self.answer))

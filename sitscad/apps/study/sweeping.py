@@ -25,7 +25,7 @@ from sitscad.basics.units import aligned_lines, csv_text, number_cell, quantity
 from sitscad.basics.version import __version__
 from sitscad.checks.findings import to_json
 from sitscad.checks.judging import all_rules
-from sitscad.files.drawing.sheet import Sheet, plot
+from sitscad.files.drawing.sheet import Sheet, draw_figure
 from sitscad.files.drawing.svg import svg
 from sitscad.spec.load import plain_data, written_value
 from sitscad.spec.reading import SpecError, finding_from_text
@@ -316,7 +316,7 @@ def sweep_svg(table: SweepTable) -> str:
     sheet = Sheet(f"Sweep of {', '.join(table.keys)}", (width, height * len(names)))
     for k, name in enumerate(names):
         draw = _curve_plotter(table, name) if len(table.keys) == 1 else _map_plotter(table, name)
-        plot(sheet, (4.0, height * (len(names) - 1 - k) + 2.0, width - 8.0, height - 4.0), draw)
+        draw_figure(sheet, (4.0, height * (len(names) - 1 - k) + 2.0, width - 8.0, height - 4.0), draw)
     return svg(sheet)
 
 

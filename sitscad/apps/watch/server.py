@@ -23,7 +23,7 @@ from typing import Any, cast
 
 from sitscad.apps.watch.watching import event_changes, verdict_text
 from sitscad.apps.watch.work import Event
-from sitscad.files.drawing.web_page import page
+from sitscad.files.drawing.web_page import html_page
 from sitscad.files.report.moving import script_text
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
@@ -51,7 +51,7 @@ class PageState:
         self.lock = threading.Lock()
         script = (files("sitscad.files.report") / "assets" / "live.js").read_bytes()
         self.follows = b"" if shown else b"<script>" + script + b"</script>"
-        self.page = shown or page("sitscad watch", [EMPTY, f"<script>{script_text()}</script>"]).encode()
+        self.page = shown or html_page("sitscad watch", [EMPTY, f"<script>{script_text()}</script>"]).encode()
         self.state: dict[str, dict[str, Any]] = {}
         self.listeners: set[queue.Queue[bytes]] = set()
 

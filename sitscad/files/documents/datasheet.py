@@ -37,12 +37,12 @@ from sitscad.estimates.states.reference import reference_signal
 from sitscad.estimates.tolerances.scatter import ACCEPTED_SIGMAS, production_limits
 from sitscad.files.documents.datasheet_plots import NAMES, WIDE, Plot, sensor_plots
 from sitscad.files.documents.drawings.plan_view import draw_plan, plan_scale, plan_sheet
-from sitscad.files.drawing.frame import fitting_paragraph, new_sheet, numbered, scale_text, table
+from sitscad.files.drawing.frame import draw_paragraph, draw_table, new_sheet, numbered_notes, scale_text
 from sitscad.files.drawing.pdf import pdf
-from sitscad.files.drawing.sheet import Sheet, plot
+from sitscad.files.drawing.sheet import Sheet, draw_figure
 from sitscad.files.drawing.svg import svg
-from sitscad.files.drawing.web_page import figure, page, part, soft
-from sitscad.files.drawing.web_page import table as html_table
+from sitscad.files.drawing.web_page import aligned_html_table as html_table
+from sitscad.files.drawing.web_page import html_figure, html_page, html_section, soft_paragraph
 from sitscad.kernels.converters.converter import Converter
 from sitscad.kernels.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
@@ -162,36 +162,36 @@ def _sheets(content: Content, layout: Layout, assembly: Sheet | None) -> list[Sh
     first = sheet("data sheet", f"drawing {scale_text(plan_scale(layout, ROOM))}")
     # letters small enough that all tables end above the note at the foot
     size = min(2.4, (TOP - FOOT) / (1.55 * (len(content.axes) + len(content.whole) + len(between))))
-    low = table(first, LEFT, TOP, _column_widths(content.axes, 58.0, 150.0), content.axes, size)
-    low = table(first, LEFT, low - 6.0, (58.0, 92.0), content.whole, size)
+    low = draw_table(first, LEFT, TOP, _column_widths(content.axes, 58.0, 150.0), content.axes, size)
+    low = draw_table(first, LEFT, low - 6.0, (58.0, 92.0), content.whole, size)
     if content.errors_are:
-        low = table(first, LEFT, low - 6.0, _column_widths(between, 58.0, 150.0), between, size)
-        fitting_paragraph(first, LEFT, low - 4.0, 150.0, 12.0, [content.errors_are], 2.2)
+        low = draw_table(first, LEFT, low - 6.0, _column_widths(between, 58.0, 150.0), between, size)
+        draw_paragraph(first, LEFT, low - 4.0, 150.0, 12.0, [content.errors_are], 2.2)
     draw_plan(first, layout, ROOM)
-    fitting_paragraph(first, 170.0, ROOM[1] - 15.0, 112.0, 42.0, [content.about], 2.6)
+    draw_paragraph(first, 170.0, ROOM[1] - 15.0, 112.0, 42.0, [content.about], 2.6)
     each = sheet("data sheet, cells") if cells.groups else None
     if each is not None:
-        under = table(each, LEFT, TOP, _column_widths(cells.rows, 58.0, 268.0), cells.rows, 2.4)
-        fitting_paragraph(each, LEFT, under - 4.0, 200.0, 42.0, [cells.note], 2.2)
+        under = draw_table(each, LEFT, TOP, _column_widths(cells.rows, 58.0, 268.0), cells.rows, 2.4)
+        draw_paragraph(each, LEFT, under - 4.0, 200.0, 42.0, [cells.note], 2.2)
     curved = sheet("data sheet, curves")
     wide = [plotted for plotted in plots if plotted.size == WIDE]
     for plotted, low in zip(wide, (126.0, 46.0), strict=False):
-        plot(curved, (LEFT, low, *plotted.size), plotted.draw)
-        fitting_paragraph(curved, LEFT, low - 1.5, 262.0, 6.0, [plotted.caption], 2.2)
+        draw_figure(curved, (LEFT, low, *plotted.size), plotted.draw)
+        draw_paragraph(curved, LEFT, low - 1.5, 262.0, 6.0, [plotted.caption], 2.2)
     beyond = sheet("data sheet, working range and errors")
     for plotted, left in zip(plots[len(wide):], (LEFT, 152.0), strict=False):
-        plot(beyond, (left, 88.0, *plotted.size), plotted.draw)
-        fitting_paragraph(beyond, left, 86.0, 128.0, 70.0, [plotted.caption], 2.2)
-    table(beyond, LEFT, 70.0, _column_widths(content.drifts, 44.0, 130.0), content.drifts, 2.2)
+        draw_figure(beyond, (left, 88.0, *plotted.size), plotted.draw)
+        draw_paragraph(beyond, left, 86.0, 128.0, 70.0, [plotted.caption], 2.2)
+    draw_table(beyond, LEFT, 70.0, _column_widths(content.drifts, 44.0, 130.0), content.drifts, 2.2)
     last = sheet("data sheet, contacts and limits")
     accepted = content.accepted
     incoming = sheet("data sheet, incoming test") if len(accepted) > MOST_BESIDE + 1 else None
     if incoming is not None:
-        table(incoming, LEFT, TOP, _column_widths(accepted, 66.0, 190.0), accepted, 2.2)
+        draw_table(incoming, LEFT, TOP, _column_widths(accepted, 66.0, 190.0), accepted, 2.2)
     low = TOP
     for rows in (content.errors, [] if incoming is not None else accepted, content.contacts):
-        low = table(last, LEFT, low, _column_widths(rows, 66.0, 146.0), rows, 2.2) - 5.0 if rows else low
-    fitting_paragraph(last, 165.0, TOP, 118.0, 42.0, numbered([*content.notes, ACCEPT]), 2.3)
+        low = draw_table(last, LEFT, low, _column_widths(rows, 66.0, 146.0), rows, 2.2) - 5.0 if rows else low
+    draw_paragraph(last, 165.0, TOP, 118.0, 42.0, numbered_notes([*content.notes, ACCEPT]), 2.3)
     return [page for page in (first, each, assembly, curved, beyond, last, incoming) if page is not None]
 
 
@@ -229,22 +229,22 @@ def _page(content: Content, assembly: Sheet | None) -> str:
     plots, cells = content.plots, content.cells
     warning = "Made in spite of errors: the design does not meet its own checks."
     banner = f"<p class='banner'>{warning}</p>" if content.is_forced else ""
-    shown = figure(svg(assembly), "Target and elastomer over the coils, to scale.") if assembly is not None else ""
+    shown = html_figure(svg(assembly), "Target and elastomer over the coils, to scale.") if assembly is not None else ""
     wide, narrow = ([_plot_html(plotted) for plotted in plots if (plotted.size == WIDE) is is_wide]
                     for is_wide in (True, False))
-    units = _table_html(content.unit_errors) + soft(content.errors_are) if content.errors_are else ""
+    units = _table_html(content.unit_errors) + soft_paragraph(content.errors_are) if content.errors_are else ""
     parts = [
-        f"<header><h1>{escape(content.name)}</h1>{soft(content.issue.words)}{soft(content.about)}</header>{banner}",
-        part("What it feels", _table_html(content.axes) + _table_html(content.whole)),
-        *([part("Cells", _table_html(cells.rows) + soft(cells.note))] if cells.groups else []),
-        part("Drawing", shown),
-        part("Curves", f"{''.join(wide)}<div class='narrow'>{''.join(narrow)}</div>" if plots else ""),
-        part("Errors", units + _table_html(content.errors) + _table_html(content.drifts)),
-        part("Contacts", _table_html(content.contacts)),
-        part("Production", _table_html(content.accepted) + soft(ACCEPT)),
-        part("Notes", "<ul>" + "".join(f"<li>{escape(note)}</li>" for note in content.notes) + "</ul>"),
+        f"<header><h1>{escape(content.name)}</h1>{soft_paragraph(content.issue.words)}{soft_paragraph(content.about)}</header>{banner}",
+        html_section("What it feels", _table_html(content.axes) + _table_html(content.whole)),
+        *([html_section("Cells", _table_html(cells.rows) + soft_paragraph(cells.note))] if cells.groups else []),
+        html_section("Drawing", shown),
+        html_section("Curves", f"{''.join(wide)}<div class='narrow'>{''.join(narrow)}</div>" if plots else ""),
+        html_section("Errors", units + _table_html(content.errors) + _table_html(content.drifts)),
+        html_section("Contacts", _table_html(content.contacts)),
+        html_section("Production", _table_html(content.accepted) + soft_paragraph(ACCEPT)),
+        html_section("Notes", "<ul>" + "".join(f"<li>{escape(note)}</li>" for note in content.notes) + "</ul>"),
     ]
-    return page(f"{content.name}: data sheet", parts)
+    return html_page(f"{content.name}: data sheet", parts)
 
 
 def _plot_html(plotted: Plot) -> str:
@@ -253,8 +253,8 @@ def _plot_html(plotted: Plot) -> str:
     Narrow plots share a row of the page, so that the letters of all plots have one size.
     """
     sheet = Sheet(plotted.caption, plotted.size, decimals=3)
-    plot(sheet, (0.0, 0.0, *plotted.size), plotted.draw)
-    return figure(svg(sheet), plotted.caption)
+    draw_figure(sheet, (0.0, 0.0, *plotted.size), plotted.draw)
+    return html_figure(svg(sheet), plotted.caption)
 
 
 def _table_html(rows: Rows) -> str:

@@ -79,11 +79,11 @@ def new_sheet(
         # Widths (mm) of the cells in this row of the title block: one full cell, or the cells of the issue
         widths = (BLOCK[0],) if len(cells) == 1 else ISSUE_CELLS
         for cell, x, room in zip(cells, *(tuple(accumulate(widths[:-1], initial=0.0)), widths), strict=True):
-            _cell(sheet, cell, (left + x, y), (room, step))
+            _draw_cell(sheet, cell, (left + x, y), (room, step))
     return sheet
 
 
-def _cell(sheet: Sheet, cell: tuple[str, str], corner: tuple[float, float], size: tuple[float, float]) -> None:
+def _draw_cell(sheet: Sheet, cell: tuple[str, str], corner: tuple[float, float], size: tuple[float, float]) -> None:
     """Draw a cell of the title block: its label, and its text in the largest letters that fit."""
     (label, text), (x, y), (width, step) = cell, corner, size
     indent = max(15.0, text_width(label, 2.0) + 3.0) if width > 60.0 else text_width(label, 2.0) + 3.0
@@ -109,7 +109,7 @@ def scale_text(scale: float) -> str:
     return f"{scale:g}:1" if scale >= 1.0 else f"1:{1.0 / scale:g}"
 
 
-def placed(box: tuple[float, float, float, float], scale: float, room: tuple[float, float, float, float]) -> View:
+def centred_view(box: tuple[float, float, float, float], scale: float, room: tuple[float, float, float, float]) -> View:
     """Return a view that puts the centre of a box (m) at the centre of `room`.
 
     `room` is left, low, width and height (mm on paper).
@@ -149,7 +149,7 @@ def mm(metres: float) -> str:
     return in_mm(metres, 3, 2)
 
 
-def origin_cross(sheet: Sheet, view: View) -> None:
+def draw_origin(sheet: Sheet, view: View) -> None:
     """Draw the origin of the files' coordinates: a red cross in a circle."""
     x, y, red = view.x(0.0), view.y(0.0), Pen(0.25, RED)
     sheet.draw(circle(Point(x, y), 1.2), red)
@@ -157,7 +157,7 @@ def origin_cross(sheet: Sheet, view: View) -> None:
         sheet.line(x - dx, y - dy, x + dx, y + dy, red)
 
 
-def axes_sign(sheet: Sheet, x: float, y: float, size: float, letters: float) -> None:
+def draw_axes(sheet: Sheet, x: float, y: float, size: float, letters: float) -> None:
     """Draw arrows along the board's x and y from (x, y) on the sheet, each `size` long, with their names."""
     tip = 0.25 * size
     ends = (((x + size, y), (x + size - tip, y + tip / 2), (x + size - tip, y - tip / 2)),
@@ -169,7 +169,7 @@ def axes_sign(sheet: Sheet, x: float, y: float, size: float, letters: float) -> 
     sheet.text(x + 0.5 * letters, y + size - 0.6 * letters, "y", letters)
 
 
-def ordinates(sheet: Sheet, view: View, axis: int, values: Sequence[float], start: float, end: float) -> None:
+def draw_ordinates(sheet: Sheet, view: View, axis: int, values: Sequence[float], start: float, end: float) -> None:
     """Draw coordinate dimensions of `values` (m) along x (`axis` 0) or y (`axis` 1).
 
     Leader lines run from the edge of the view at `start` to texts beyond `end` (mm on paper), below or left of the
@@ -178,7 +178,7 @@ def ordinates(sheet: Sheet, view: View, axis: int, values: Sequence[float], star
     # Values with equal texts share one dimension
     feet = list({mm(value): value for value in sorted(round(each, 7) for each in values)}.values())
     at = [(view.x, view.y)[axis](value) for value in feet]
-    for value, foot, place in zip(feet, at, spread(at, 1.3 * TEXT), strict=True):
+    for value, foot, place in zip(feet, at, spaced_places(at, 1.3 * TEXT), strict=True):
         knee = start + (end - start) * 0.5
         corners = [(foot, start - 1.0), (foot, knee), (place, end)]
         for (a, b), (c, d) in pairwise(corners):
@@ -189,7 +189,7 @@ def ordinates(sheet: Sheet, view: View, axis: int, values: Sequence[float], star
             sheet.text(end - 1.0, place - 0.35 * TEXT, mm(value), TEXT, "end")
 
 
-def spread(places: Sequence[float], least: float) -> list[float]:
+def spaced_places(places: Sequence[float], least: float) -> list[float]:
     """Return sorted places, moved apart so that neighbours have a distance of `least` or more.
 
     Each result is the mean of two passes: one moves places only up, the other only down.
@@ -203,7 +203,9 @@ def spread(places: Sequence[float], least: float) -> list[float]:
     return [(a + b) / 2.0 for a, b in zip(forward, reversed(backward), strict=True)]
 
 
-def span(sheet: Sheet, first: tuple[float, float], other: tuple[float, float], text: str, colour: str = BLACK) -> None:
+def draw_dimension(
+    sheet: Sheet, first: tuple[float, float], other: tuple[float, float], text: str, colour: str = BLACK
+) -> None:
     """Draw a dimension line with arrows between two points, with its text. The points have equal x or equal y (mm)."""
     (x0, y0), (x1, y1) = first, other
     sheet.line(x0, y0, x1, y1, Pen(THIN.width, colour))
@@ -220,7 +222,7 @@ def span(sheet: Sheet, first: tuple[float, float], other: tuple[float, float], t
         sheet.text(middle[0] - 0.8, middle[1], text, TEXT, "middle", 90.0, colour)
 
 
-def outer_span(
+def draw_short_dimension(
     sheet: Sheet, first: tuple[float, float], other: tuple[float, float], text: str, upright: bool = False,
     is_before: bool = False,
 ) -> None:
@@ -248,7 +250,7 @@ def outer_span(
         sheet.text(end.x + 1.0, end.y - 0.7 * TEXT, text, TEXT)
 
 
-def table(
+def draw_table(
     sheet: Sheet, left: float, top: float, widths: Sequence[float], rows: Sequence[Sequence[str]], size: float = TEXT
 ) -> float:
     """Draw rows of texts in columns (widths in mm on paper), and return the y below the table.
@@ -266,13 +268,13 @@ def table(
     return top - len(rows) * step
 
 
-def wrapped(text: str, width: float, size: float) -> list[str]:
+def wrapped_lines(text: str, width: float, size: float) -> list[str]:
     """Return the lines of a text, broken between words so that no line is wider than `width` (mm).
 
     `size` is the size (mm) of the letters. A word wider than a line is broken, too.
     """
     lines, line = [], ""
-    for word in (piece for each in text.split() for piece in _broken(each, width, size)):
+    for word in (piece for each in text.split() for piece in _word_pieces(each, width, size)):
         longer = f"{line} {word}" if line else word
         if line and text_width(longer, size) > width:
             lines.append(line)
@@ -281,7 +283,7 @@ def wrapped(text: str, width: float, size: float) -> list[str]:
     return [*lines, line]
 
 
-def _broken(word: str, width: float, size: float) -> list[str]:
+def _word_pieces(word: str, width: float, size: float) -> list[str]:
     """Return the pieces of a word, broken so that no piece is wider than `width` (mm)."""
     pieces, piece = [], ""
     for character in word:
@@ -292,12 +294,12 @@ def _broken(word: str, width: float, size: float) -> list[str]:
     return [*pieces, piece]
 
 
-def numbered(texts: Iterable[str]) -> list[str]:
+def numbered_notes(texts: Iterable[str]) -> list[str]:
     """Return notes with their numbers in front, from 1."""
     return [f"{number}. {text}" for number, text in enumerate(texts, 1)]
 
 
-def fitting_paragraph(
+def draw_paragraph(
     sheet: Sheet, left: float, top: float, width: float, low: float, lines: Sequence[str], size: float = TEXT
 ) -> float:
     """Draw texts below each other, and return the y (mm) of the last line.
@@ -306,11 +308,12 @@ def fitting_paragraph(
     `SMALLEST`, until the last line is above `low` (mm). Lines stay within `width` in a viewer's substitute font, too.
     """
     width = width / SUBSTITUTE
-    while size > SMALLEST and top - 1.45 * size * sum(len(wrapped(text, width - INDENT, size)) for text in lines) < low:
+    while size > SMALLEST and low > top - 1.45 * size * sum(
+            len(wrapped_lines(text, width - INDENT, size)) for text in lines):
         size -= 0.1
     y = top
     for text in lines:
-        for i, line in enumerate(wrapped(text, width - INDENT, size)):
+        for i, line in enumerate(wrapped_lines(text, width - INDENT, size)):
             y -= 1.45 * size
             sheet.text(left + (INDENT if i else 0.0), y, line, size)
     return y
@@ -327,7 +330,7 @@ circle. After the last symbol, the first is used again.
 """
 
 
-def symbol(tool: int, at: Point, radius: float) -> list[Path]:
+def tool_symbol(tool: int, at: Point, radius: float) -> list[Path]:
     """Return the lines of a tool's symbol (tools from 0) in a circle about `at`."""
     lines = SYMBOLS[tool % len(SYMBOLS)]
     return [polyline([polar(radius, math.radians(turn), at) for turn in line]) if line else circle(at, radius)

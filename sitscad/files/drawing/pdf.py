@@ -12,7 +12,7 @@ import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
 
 from sitscad.basics.units import fixed_decimals
-from sitscad.files.drawing.sheet import Group, Item, Label, Shape, Sheet, flattened, text_width
+from sitscad.files.drawing.sheet import Group, Item, Label, Shape, Sheet, flat_items, text_width
 from sitscad.kernels.geometry.path import Arc, Path, Point, polar
 
 POINTS = 72.0 / 25.4  # PDF's units in a millimetre
@@ -31,20 +31,20 @@ def pdf(sheets: Sequence[Sheet]) -> bytes:
     for i, sheet in enumerate(sheets):
         width, height = (fixed_decimals(side * POINTS) for side in sheet.size)
         # Graphics states of the page for opacities below 1, as resources
-        opacities = sorted({item.opacity for item in flattened(sheet.items) if isinstance(item, Shape)} - {1.0})
-        rows = " ".join(f"/{_state(opacity)} << /ca {fixed_decimals(opacity)} >>" for opacity in opacities)
+        opacities = sorted({item.opacity for item in flat_items(sheet.items) if isinstance(item, Shape)} - {1.0})
+        rows = " ".join(f"/{_opacity_name(opacity)} << /ca {fixed_decimals(opacity)} >>" for opacity in opacities)
         box, states = f"/MediaBox [0 0 {width} {height}]", (f" /ExtGState << {rows} >>" if rows else "")
         resources = f"/Resources << /Font << /F1 3 0 R >>{states} >>"
         # The page's drawing, scaled to millimetres
         commands = [f"{POINTS:.6f} 0 0 {POINTS:.6f} 0 0 cm 1 J 1 j".encode("ascii")]
-        commands += _items(sheet.items)
+        commands += _item_commands(sheet.items)
         content = b"\n".join(commands) + b"\n"
         objects += [
             f"<< /Type /Page /Parent 2 0 R {box} {resources} /Contents {(first + 2 * i + 1)} 0 R >>".encode("ascii"),
             (b"<< /Length %d >>\nstream\n%b\nendstream" % (len(content), content)),
         ]
     # Objects numbered from 1, the table of their offsets in bytes, and the trailer
-    entries = [*objects, b"<< /Title (%b) /Producer (sitscad) >>" % _escaped(sheets[0].title)]
+    entries = [*objects, b"<< /Title (%b) /Producer (sitscad) >>" % _escaped_text(sheets[0].title)]
     content, places = b"%PDF-1.4\n%\xe2\xe3\xcf\xd3\n", []
     for i, entry in enumerate(entries, 1):
         places.append(len(content))
@@ -55,7 +55,7 @@ def pdf(sheets: Sequence[Sheet]) -> bytes:
     return content + b"xref\n0 %d\n0000000000 65535 f \n" % count + table + trailer + b"%%EOF\n"
 
 
-def _items(items: Iterable[Item]) -> Iterator[bytes]:
+def _item_commands(items: Iterable[Item]) -> Iterator[bytes]:
     for item in items:
         if isinstance(item, Group):
             group = item
@@ -67,14 +67,14 @@ def _items(items: Iterable[Item]) -> Iterator[bytes]:
                 yield f"{' '.join(fixed_decimals(v) for v in (x0, y0, x1 - x0, y1 - y0))} re W n".encode("ascii")
             if group.offset != (0.0, 0.0):
                 yield f"1 0 0 1 {' '.join(fixed_decimals(v) for v in group.offset)} cm".encode("ascii")
-            yield from _items(group.items)
+            yield from _item_commands(group.items)
             if is_placed:
                 yield b"Q"
         else:
-            yield from _label(item) if isinstance(item, Label) else _shape(item)
+            yield from _label_commands(item) if isinstance(item, Label) else _shape_commands(item)
 
 
-def _label(label: Label) -> Iterator[bytes]:
+def _label_commands(label: Label) -> Iterator[bytes]:
     """Yield the PDF commands that write a text. Its halo is written first."""
     width = text_width(label.text, label.size)
     back = {"start": 0.0, "middle": width / 2.0, "end": width}[label.anchor]
@@ -82,23 +82,23 @@ def _label(label: Label) -> Iterator[bytes]:
     x, y = label.at.x - back * cosine, label.at.y - back * sine
     turn = " ".join(fixed_decimals(v) for v in (cosine, sine, -sine, cosine, x, y))
     place = f"/F1 {fixed_decimals(label.size)} Tf {turn} Tm ".encode("ascii")
-    operators = place + b"(" + _escaped(label.text) + b") Tj ET"
+    operators = place + b"(" + _escaped_text(label.text) + b") Tj ET"
     if label.halo:
         yield f"BT 1 Tr 1 1 1 RG {fixed_decimals(label.halo)} w [] 0 d ".encode("ascii") + operators + b" 0 Tr"
     if label.bold:  # No bold font is available: the outline of the letters makes them heavier
-        pen = f"{_colour(label.colour)} RG {fixed_decimals(BOLD * label.size)} w [] 0 d"
-        yield f"BT 2 Tr {pen} {_colour(label.colour)} rg ".encode("ascii") + operators + b" 0 Tr"
+        pen = f"{_colour_numbers(label.colour)} RG {fixed_decimals(BOLD * label.size)} w [] 0 d"
+        yield f"BT 2 Tr {pen} {_colour_numbers(label.colour)} rg ".encode("ascii") + operators + b" 0 Tr"
     else:
-        yield f"BT {_colour(label.colour)} rg ".encode("ascii") + operators
+        yield f"BT {_colour_numbers(label.colour)} rg ".encode("ascii") + operators
 
 
-def _escaped(text: str) -> bytes:
+def _escaped_text(text: str) -> bytes:
     """Return text in the font's encoding. Other characters lose their accents, or become a code point (``U+03A9``)."""
-    encoded = b"".join(_character(letter) for letter in text)
+    encoded = b"".join(_encoded_character(letter) for letter in text)
     return encoded.replace(b"\\", b"\\\\").replace(b"(", b"\\(").replace(b")", b"\\)")
 
 
-def _character(letter: str) -> bytes:
+def _encoded_character(letter: str) -> bytes:
     for text in (letter, unicodedata.normalize("NFKD", letter).encode("ascii", "ignore").decode()):
         with contextlib.suppress(UnicodeEncodeError):
             if text:
@@ -106,18 +106,18 @@ def _character(letter: str) -> bytes:
     return f"U+{ord(letter):04X}".encode("ascii")
 
 
-def _shape(shape: Shape) -> Iterator[bytes]:
+def _shape_commands(shape: Shape) -> Iterator[bytes]:
     if shape.opacity != 1.0:
-        yield f"q /{_state(shape.opacity)} gs".encode("ascii")
+        yield f"q /{_opacity_name(shape.opacity)} gs".encode("ascii")
     if shape.fill:
-        yield f"{_colour(shape.fill)} rg".encode("ascii")
+        yield f"{_colour_numbers(shape.fill)} rg".encode("ascii")
     if shape.pen:
         pen, dashes = shape.pen, " ".join(fixed_decimals(dash) for dash in shape.pen.dashes)
         # The page's content begins with round ends and corners
         ends = "" if pen.round_ends and pen.round_corners else f" {int(pen.round_ends)} J {int(pen.round_corners)} j"
-        yield f"{_colour(pen.colour)} RG {fixed_decimals(pen.width)} w [{dashes}] 0 d{ends}".encode("ascii")
+        yield f"{_colour_numbers(pen.colour)} RG {fixed_decimals(pen.width)} w [{dashes}] 0 d{ends}".encode("ascii")
     for path in shape.paths:
-        yield from (command.encode("ascii") for command in _path(path))
+        yield from (command.encode("ascii") for command in _path_commands(path))
     yield {(True, True): b"B*", (True, False): b"f*", (False, True): b"S", (False, False): b"n"}[
         bool(shape.fill), bool(shape.pen)
     ]
@@ -127,11 +127,11 @@ def _shape(shape: Shape) -> Iterator[bytes]:
         yield b"Q"
 
 
-def _state(opacity: float) -> str:
+def _opacity_name(opacity: float) -> str:
     return f"A{round(opacity * 100)}"
 
 
-def _path(path: Path) -> Iterator[str]:
+def _path_commands(path: Path) -> Iterator[str]:
     yield f"{_xy(path.start)} m"
     for segment in path:
         if isinstance(segment, Arc) and abs(segment.sweep) > 1e-9:
@@ -155,5 +155,5 @@ def _xy(point: Point) -> str:
     return f"{fixed_decimals(point.x)} {fixed_decimals(point.y)}"
 
 
-def _colour(text: str) -> str:
+def _colour_numbers(text: str) -> str:
     return " ".join(fixed_decimals(int(text[i : i + 2], 16) / 255.0) for i in (1, 3, 5))

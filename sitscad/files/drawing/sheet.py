@@ -3,8 +3,9 @@
 The origin is at the lower left, y upwards. Both writers take equal sheets, so that SVG and PDF show equal pictures,
 true to scale when printed unscaled.
 
-`strokes` draws texts as lines. `plot` draws matplotlib figures: matplotlib lays out axes, ticks and legends, and the
-shapes and labels of a sheet draw them. The file then contains no font, date or identifier of matplotlib.
+`text_strokes` draws texts as lines. `draw_figure` draws matplotlib figures: matplotlib lays out axes, ticks and
+legends, and the shapes and labels of a sheet draw them. The file then contains no font, date or identifier of
+matplotlib.
 """
 
 from __future__ import annotations
@@ -151,11 +152,11 @@ class Sheet:
         self.items.append(Group(name, tuple(inner), offset, window, kind, layer))
 
 
-def flattened(items: Iterable[Item]) -> Iterator[Shape | Label]:
+def flat_items(items: Iterable[Item]) -> Iterator[Shape | Label]:
     """Yield all shapes and labels in their order, without groups. Offsets of groups are not applied."""
     for item in items:
         if isinstance(item, Group):
-            yield from flattened(item.items)
+            yield from flat_items(item.items)
         else:
             yield item
 
@@ -165,11 +166,11 @@ def text_width(text: str, size: float) -> float:
 
     Characters outside ASCII count as wide as a digit.
     """
-    return _thousandths(text) * size / 1000.0
+    return _width_in_thousandths(text) * size / 1000.0
 
 
-@lru_cache(maxsize=1 << 14)  # `frame.fitting_paragraph` breaks lines again for every size
-def _thousandths(text: str) -> int:
+@lru_cache(maxsize=1 << 14)  # `frame.draw_paragraph` breaks lines again for every size
+def _width_in_thousandths(text: str) -> int:
     """Return the width of a text in thousandths of its size."""
     return sum(map(_CHARACTER_WIDTHS.get, text, repeat(556)))
 
@@ -191,7 +192,7 @@ _GLYPHS = {
 }
 
 
-def strokes(text: str, at: Point, height: float) -> Iterator[Path]:
+def text_strokes(text: str, at: Point, height: float) -> Iterator[Path]:
     """Yield the strokes (m) of a text. Small letters are drawn as capitals.
 
     `at` is the lower left corner of the text, `height` (m) the height of capitals. A space is one advance. Raises
@@ -207,8 +208,8 @@ def strokes(text: str, at: Point, height: float) -> Iterator[Path]:
             yield polyline([Point(left + int(x) * unit, at.y + int(y) * unit) for x, y in corners])
 
 
-def length(text: str, height: float) -> float:
-    """Return the length (m) of a text drawn by `strokes`, without the gap after its last character."""
+def stroke_length(text: str, height: float) -> float:
+    """Return the length (m) of a text drawn by `text_strokes`, without the gap after its last character."""
     return (len(text) * ADVANCE - 2.0) * height / HEIGHT
 
 
@@ -221,7 +222,7 @@ COLOURS = ("#1f5fa8", "#c4602b", "#2a7f4f", "#7a4fa3", "#8a6d00", "#5c6670")
 """Colours of curves, in their order. Colour-blind readers can distinguish them, too."""
 
 
-def plot(sheet: Sheet, box: tuple[float, float, float, float], draw: Callable[[Any], None]) -> None:
+def draw_figure(sheet: Sheet, box: tuple[float, float, float, float], draw: Callable[[Any], None]) -> None:
     """Draw a figure into a box of a sheet (left, low, width, height; mm).
 
     `draw` takes the matplotlib figure. Raises `MissingExtra` if matplotlib is not installed.
@@ -229,7 +230,7 @@ def plot(sheet: Sheet, box: tuple[float, float, float, float], draw: Callable[[A
     matplotlib = import_extra("matplotlib")
     left, low, width, height = box
     with sheet.group():
-        for put in _drawn(matplotlib, width, height, draw):
+        for put in _figure_parts(matplotlib, width, height, draw):
             put(sheet, left, low)
 
 
@@ -238,7 +239,7 @@ Put: TypeAlias = Callable[[Sheet, float, float], None]
 
 
 @lru_cache(maxsize=4)  # a data sheet draws every figure twice: in HTML and in PDF
-def _drawn(matplotlib: Any, width: float, height: float, draw: Callable[[Any], None]) -> tuple[Put, ...]:
+def _figure_parts(matplotlib: Any, width: float, height: float, draw: Callable[[Any], None]) -> tuple[Put, ...]:
     """Return functions that put the parts of a matplotlib figure on a sheet. The figure has a width and height (mm).
 
     matplotlib's constrained layout makes room for the labels of the axes.
@@ -248,7 +249,7 @@ def _drawn(matplotlib: Any, width: float, height: float, draw: Callable[[Any], N
 
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
-        matplotlib.rcParams.update(_manner())
+        matplotlib.rcParams.update(_plot_settings())
         figure = Figure(figsize=(width / INCH, height / INCH), dpi=DOTS, layout="constrained")
         FigureCanvasBase(figure)
         draw(figure)
@@ -261,7 +262,7 @@ def _drawn(matplotlib: Any, width: float, height: float, draw: Callable[[Any], N
     return tuple(puts)
 
 
-def _manner() -> dict[str, Any]:
+def _plot_settings() -> dict[str, Any]:
     """Return the settings of matplotlib: thin lines, small letters, and the colours in `COLOURS`."""
     from matplotlib.rcsetup import cycler
 
@@ -300,7 +301,7 @@ def _renderer(puts: list[Put], size: tuple[float, float]) -> Any:
 
         def draw_path(self, gc: Any, path: Any, transform: Any, rgbFace: Any = None) -> None:
             """Add a line or an area."""
-            puts.append(_path(gc, transform.transform_path(path), rgbFace))
+            puts.append(_path_drawer(gc, transform.transform_path(path), rgbFace))
 
         def draw_text(
             self, gc: Any, x: float, y: float, s: str, prop: Any, angle: float, ismath: Any = False, mtext: Any = None
@@ -314,11 +315,11 @@ def _renderer(puts: list[Put], size: tuple[float, float]) -> Any:
     return SheetRenderer()
 
 
-def _path(gc: Any, path: Any, face: Any) -> Put:
+def _path_drawer(gc: Any, path: Any, face: Any) -> Put:
     """Return a function that draws one of matplotlib's paths (points) on a sheet, clipped to its axes."""
     clip, filled = gc.get_clip_rectangle(), face is not None and (len(face) < 4 or face[3] > 0.0)
     if clip is not None and len(path.vertices):
-        path = path.clip_to_bbox(clip, inside=True) if filled else _cut(path, clip)
+        path = path.clip_to_bbox(clip, inside=True) if filled else _clipped_path(path, clip)
     lines = [[(float(x) * POINT, float(y) * POINT) for x, y in piece]
             for piece in path.to_polygons(closed_only=False) if len(piece) > 1]
     alpha = gc.get_alpha() if gc.get_alpha() is not None else 1.0
@@ -330,7 +331,7 @@ def _path(gc: Any, path: Any, face: Any) -> Put:
 
     def put(sheet: Sheet, left: float, low: float) -> None:
         pieces = [[Point(left + x, low + y) for x, y in way] for way in lines]
-        areas = [closed_polygon(_open(piece)) for piece in pieces if filled and len(_open(piece)) > 2]
+        areas = [closed_polygon(_open_ring(piece)) for piece in pieces if filled and len(_open_ring(piece)) > 2]
         if areas:
             sheet.draw(areas, None, colour, opacity=opacity)
         if pen is not None:
@@ -339,12 +340,12 @@ def _path(gc: Any, path: Any, face: Any) -> Put:
     return put
 
 
-def _open(piece: list[Point]) -> list[Point]:
+def _open_ring(piece: list[Point]) -> list[Point]:
     """Return a ring without the repetition of its first point at the end."""
     return piece[:-1] if len(piece) > 2 and piece[0].distance(piece[-1]) < 1e-9 else piece
 
 
-def _cut(path: Any, clip: Any) -> Any:
+def _clipped_path(path: Any, clip: Any) -> Any:
     """Return the part of a line inside the x and y ranges of a box, widened by half a point.
 
     The line is cut at its vertices: vertices outside are left out.

@@ -81,7 +81,7 @@ class _Paper:
 
     def group(self, group: Group) -> Iterator[str]:
         """Yield the SVG lines of a group. A window becomes a nested `<svg>`, which clips to that rectangle in place."""
-        layer = f" inkscape:groupmode='layer' inkscape:label='{_attribute(group.name)}'" if group.layer else ""
+        layer = f" inkscape:groupmode='layer' inkscape:label='{_escaped_attribute(group.name)}'" if group.layer else ""
         moved = ""
         if group.offset != (0.0, 0.0):
             moved = f" transform='translate({self.number(group.offset[0])} {self.number(-group.offset[1])})'"
@@ -89,7 +89,7 @@ class _Paper:
             x0, y0, x1, y1 = group.window
             x, y, wide, high = (self.number(value) for value in (x0, self.height - y1, x1 - x0, y1 - y0))
             yield f"<svg x='{x}' y='{y}' width='{wide}' height='{high}' viewBox='{x} {y} {wide} {high}'>"
-        yield f"<g{_named(group.name, group.kind)}{layer}{moved}>"
+        yield f"<g{_name_attributes(group.name, group.kind)}{layer}{moved}>"
         yield from self.items(group.items)
         yield "</g>"
         if group.window is not None:
@@ -115,7 +115,7 @@ class _Paper:
             look += " fill-rule='evenodd'"
         if shape.opacity != 1.0:
             look += f" fill-opacity='{fixed_decimals(shape.opacity)}'"
-        named, pen = _named(shape.name, shape.kind), shape.pen
+        named, pen = _name_attributes(shape.name, shape.kind), shape.pen
         if pen is not None:  # The sheet's outer group sets round ends and corners
             look += f" stroke='{pen.colour}' stroke-width='{self.number(pen.width)}'"
             look += f" stroke-dasharray='{' '.join(map(self.number, pen.dashes))}'" if pen.dashes else ""
@@ -141,9 +141,10 @@ def _as_circle(paths: tuple[Path, ...]) -> tuple[Point, float] | None:
     return (first.centre, first.radius) if is_whole else None
 
 
-def _named(name: str, kind: str) -> str:
-    return (f" id='{_attribute(name)}'" if name else "") + (f" class='{_attribute(kind)}'" if kind else "")
+def _name_attributes(name: str, kind: str) -> str:
+    ident = f" id='{_escaped_attribute(name)}'" if name else ""
+    return ident + (f" class='{_escaped_attribute(kind)}'" if kind else "")
 
 
-def _attribute(text: str) -> str:
+def _escaped_attribute(text: str) -> str:
     return escape(text).replace("'", "&apos;")

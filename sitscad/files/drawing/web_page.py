@@ -11,7 +11,7 @@ from html import escape
 from sitscad.basics.version import __version__
 
 
-def page(title: str, parts: Iterable[str], about: str = "") -> str:
+def html_page(title: str, parts: Iterable[str], about: str = "") -> str:
     """Return the HTML of a page. Empty parts are left out; `about` (HTML) follows the version in the footer."""
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
@@ -22,7 +22,7 @@ def page(title: str, parts: Iterable[str], about: str = "") -> str:
     )
 
 
-def part(title: str, body: str, stage: str = "") -> str:
+def html_section(title: str, body: str, stage: str = "") -> str:
     """Return the HTML of a section with a title (HTML). Empty if `body` is empty.
 
     `stage` is the build stage of the section, written as an attribute for scripts.
@@ -31,18 +31,20 @@ def part(title: str, body: str, stage: str = "") -> str:
     return f"<section{named}><h2>{title}</h2>{body}</section>" if body else ""
 
 
-def soft(text: str) -> str:
+def soft_paragraph(text: str) -> str:
     """Return a paragraph in the lighter colour. Its text is escaped. Empty if the text is empty."""
     return f"<p class='soft'>{escape(text)}</p>" if text else ""
 
 
-def figure(drawing: str, caption: str) -> str:
+def html_figure(drawing: str, caption: str) -> str:
     """Return the HTML of a drawing (SVG text) on white paper with a caption. The caption is escaped."""
     shown = drawing[drawing.index("<svg") :]
     return f"<figure><div class='paper'>{shown}</div><figcaption>{escape(caption)}</figcaption></figure>"
 
 
-def table(head: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequence[bool], caption: str = "") -> str:
+def aligned_html_table(
+    head: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequence[bool], caption: str = ""
+) -> str:
     """Return the HTML of a table. Empty if there are no rows.
 
     Columns with a true entry in `numbers` are aligned right. All texts are escaped.
@@ -60,7 +62,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequence[
     return f"<div class='scroll'><table>{title}{heading}<tbody>{body}</tbody></table></div>"
 
 
-def bullets(entries: Iterable[object]) -> str:
+def html_list(entries: Iterable[object]) -> str:
     """Return the HTML of a list. Empty if there are no entries. Entries are escaped."""
     items = "".join(f"<li>{escape(str(entry))}</li>" for entry in entries)
     return f"<ul class='columns'>{items}</ul>" if items else ""

@@ -25,7 +25,7 @@ from sitscad.estimates.performance.compensation import CAPACITORS
 from sitscad.estimates.performance_values import SHOWN, amount_text, display_factors, load_unit
 from sitscad.files.drawing.sheet import Pen, Sheet
 from sitscad.files.drawing.svg import svg
-from sitscad.files.drawing.web_page import page, soft
+from sitscad.files.drawing.web_page import html_page, soft_paragraph
 from sitscad.files.report.numbers import aligned_table, head_and_rows, html_table
 from sitscad.kernels.geometry.path import Point, circle
 from sitscad.spec.coil import CoilSpec
@@ -131,13 +131,13 @@ def calibration_page(calibration: Calibration) -> bytes:
     """Return the calibration as a page with a figure."""
     name, issue = escape(escape_controls(calibration.map.sensor)), calibration.sensors.model.spec.issue
     parts = [
-        f"<h1>Calibration of {name}</h1>", soft(issue.words),
+        f"<h1>Calibration of {name}</h1>", soft_paragraph(issue.words),
         f"<p>{escape(calibration.map.form)}</p>",
         html_table(*head_and_rows(calibration.error_rows), calibration.errors_are), *_fit_parts(calibration),
         *_plan_parts(calibration),
         *(f"<p>{escape(note)}</p>" for note in calibration.notes),
     ]
-    return page(f"Calibration of {escape_controls(calibration.map.sensor)}", parts).encode("utf-8")
+    return html_page(f"Calibration of {escape_controls(calibration.map.sensor)}", parts).encode("utf-8")
 
 
 def _fit_parts(calibration: Calibration) -> Iterable[str]:

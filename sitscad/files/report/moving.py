@@ -23,7 +23,7 @@ from sitscad.estimates.coil_estimates import CoilEstimate, ReadoutEstimate
 from sitscad.estimates.performance_values import AXIS_WORDS, MOMENTS
 from sitscad.files.drawing.frame import FORCED
 from sitscad.files.drawing.pictures.layout_picture import coil_extent
-from sitscad.files.drawing.web_page import page, part
+from sitscad.files.drawing.web_page import html_page, html_section
 from sitscad.kernels.converters.conversion import Conversion
 from sitscad.kernels.geometry.path import Point
 from sitscad.layout.board import Layout
@@ -198,15 +198,16 @@ def live_page(
     parts = [
         f"{STYLE}<header><h1>{escape(spec.name)}, live</h1><p class='signal' data-out='said' role='status'></p>"
         f"<p class='soft' data-out='lines'></p></header>{warning}<div class='bar'>{bar}</div>",
-        part("Forces", _force_rows_html(maps, all(calibration.get("is_calibrated") for calibration in calibrations))),
-        part("Coils", _live_table(
+        html_section("Forces", _force_rows_html(
+            maps, all(calibration.get("is_calibrated") for calibration in calibrations))),
+        html_section("Coils", _live_table(
             ("coil", "state", "counts", "Hz", "change, Hz", "change"),
             [(name, *(f"{what}.{name}" for what in ("status", "counts", "frequency_Hz", "change_Hz", "bar")))
              for name in names],
         )),
         json_script("readings-data", document), f"<script>{scripts}</script>",
     ]
-    return page(f"{spec.name}, live", parts).encode("utf-8")
+    return html_page(f"{spec.name}, live", parts).encode("utf-8")
 
 
 def _live_document(

@@ -39,7 +39,7 @@ from sitscad.checks.findings import as_text as as_findings
 from sitscad.checks.findings.measures import OTHERS_MEANING, OTHERS_TITLE, signal_table
 from sitscad.estimates.coil_estimates import CoilEstimate, CrossCheck, MeterReadings, ReadoutEstimate
 from sitscad.files.drawing import web_page
-from sitscad.files.drawing.web_page import bullets
+from sitscad.files.drawing.web_page import html_list
 
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates
@@ -319,12 +319,12 @@ def aligned_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[st
 def html_table(head: Sequence[str], rows: Iterable[Sequence[str]], caption: str = "") -> str:
     """Return the table for a page. Empty without rows."""
     lines = [[str(cell) for cell in row] for row in rows]
-    return web_page.table(head, lines, number_column_flags(lines), caption)
+    return web_page.aligned_html_table(head, lines, number_column_flags(lines), caption)
 
 
 def page_tables(tables: Iterable[Table]) -> str:
     """Return tables for a page, each with its notes below."""
-    return "".join(html_table(each.head, each.rows, each.title) + bullets(each.notes) for each in tables if each.rows)
+    return "".join(html_table(each.head, each.rows, each.title) + html_list(each.notes) for each in tables if each.rows)
 
 
 def number_column_flags(rows: Sequence[Sequence[str]]) -> list[bool]:

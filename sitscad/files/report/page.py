@@ -26,7 +26,7 @@ from sitscad.estimates.circuits.settings import bare_board_code
 from sitscad.estimates.coil_estimates import CoilEstimate, ReadoutEstimate
 from sitscad.files.drawing.sheet import Pen, Sheet
 from sitscad.files.drawing.svg import svg
-from sitscad.files.drawing.web_page import bullets, figure, page, part, soft
+from sitscad.files.drawing.web_page import html_figure, html_list, html_page, html_section, soft_paragraph
 from sitscad.files.report import numbers
 from sitscad.files.report.moving import json_script, script_text
 from sitscad.files.report.numbers import Document
@@ -86,30 +86,31 @@ def render(
     parts = [
         _head_html(checked, spec, estimates.signals, FORCED if is_built else REFUSED),
         _tiles_html(checked, estimates.all_coils, estimates.incomplete, estimates.readout.scan_rate, sheet or {}),
-        part("Findings", findings_html(checked), "findings"),
-        part("Push it", _view_html("pushed", PUSHED, moving), "feeling"),
-        part("In three dimensions", _view_html("solids", SOLIDS, moving), "solids"),
-        part("Layout", "".join(_picture_html(svg, caption) for caption, svg in pictures.items()), "board"),
-        part("Contacts", _table(*numbers.head_and_rows(wiring), title)),
-        part("Incoming test", _incoming_html(estimates.readout, bench)),
-        part("Electrical numbers", _electrical_html(estimates)),
-        part("What it feels", _performance_html(sheet or {})),
-        part("Readout settings", numbers.page_tables([numbers.readout_table(estimates.all_coils, estimates.readout)])),
-        part("Stack", _stack_html(spec.fpc.stackup, stack_section_svg(section_layers(spec)),
-                                  numbers.stack_tables(estimates))),
-        part("Fit", _fit_html(checked)),
-        part("Cross-checks", numbers.page_tables([cross_checks])),
-        part("Defaults assumed", bullets(spec.source.defaults)),
-        part(
+        html_section("Findings", findings_html(checked), "findings"),
+        html_section("Push it", _view_html("pushed", PUSHED, moving), "feeling"),
+        html_section("In three dimensions", _view_html("solids", SOLIDS, moving), "solids"),
+        html_section("Layout", "".join(_picture_html(svg, caption) for caption, svg in pictures.items()), "board"),
+        html_section("Contacts", _table(*numbers.head_and_rows(wiring), title)),
+        html_section("Incoming test", _incoming_html(estimates.readout, bench)),
+        html_section("Electrical numbers", _electrical_html(estimates)),
+        html_section("What it feels", _performance_html(sheet or {})),
+        html_section("Readout settings", numbers.page_tables(
+            [numbers.readout_table(estimates.all_coils, estimates.readout)])),
+        html_section("Stack", _stack_html(spec.fpc.stackup, stack_section_svg(section_layers(spec)),
+                                          numbers.stack_tables(estimates))),
+        html_section("Fit", _fit_html(checked)),
+        html_section("Cross-checks", numbers.page_tables([cross_checks])),
+        html_section("Defaults assumed", html_list(spec.source.defaults)),
+        html_section(
             "Figures that nobody has verified",
             _table(["figure", "taken as", "why it is unverified, and what to do"], unverified, ""),
         ),
-        part("Not checked", not_checked or "<p>Every rule was checked.</p>"),
-        part("Files", _columns_html(_table(["file", "size"], rows, ""))),
+        html_section("Not checked", not_checked or "<p>Every rule was checked.</p>"),
+        html_section("Files", _columns_html(_table(["file", "size"], rows, ""))),
     ]
     file_name = checked.path.replace("\\", "/").rpartition("/")[2]
     digest = f"spec {escape(file_name)}, SHA-256 {spec.source.sha256}"
-    return page(f"{spec.name}: report", [*parts, f"<script>{script_text()}</script>"], f" \u00b7 {digest}")
+    return html_page(f"{spec.name}: report", [*parts, f"<script>{script_text()}</script>"], f" \u00b7 {digest}")
 
 
 PUSHED = """
@@ -153,7 +154,7 @@ def _view_html(name: str, frame: str, moving: Mapping[str, Mapping[str, Any]] | 
 
 def _picture_html(drawing: str, caption: str) -> str:
     """Return a picture of the layout; scripts switch the layers and nets of the whole board's picture."""
-    shown = figure(drawing, caption)
+    shown = html_figure(drawing, caption)
     return shown.replace("<figure>", '<figure class="board">', 1) if "id='board'" in drawing else shown
 
 
@@ -194,7 +195,7 @@ def _head_html(checked: CheckedSpec, spec: SensorSpec, signals: Sequence[Signal]
     reasons_below = f"{count_text(skipped, 'rule')} not checked, for reasons listed below"
     not_made = reasons_below if skipped else "every rule checked"
     return (
-        f"<header><h1>{escape(spec.name)}</h1>{soft(spec.issue.words)}{soft(what)}"
+        f"<header><h1>{escape(spec.name)}</h1>{soft_paragraph(spec.issue.words)}{soft_paragraph(what)}"
         f"{_verdict_html(checked)}"
         + (f"<p class='signal'>Signal: {escape(headline)}</p>" if headline else "")
         + f"<p class='soft'>{', '.join(counts) or 'no findings'}; {not_made}</p></header>{banner}"
@@ -304,7 +305,7 @@ def _electrical_html(estimates: Estimates) -> str:
     if not estimates.coils:
         return "<p>No coil could be estimated.</p>"
     notes = (note for note in estimates.notes if note != estimates.incomplete)
-    return numbers.page_tables(numbers.estimate_tables(estimates)) + bullets(notes)
+    return numbers.page_tables(numbers.estimate_tables(estimates)) + html_list(notes)
 
 
 def _incoming_html(readout: ReadoutEstimate, bench: Estimates | None) -> str:

@@ -20,22 +20,22 @@ from sitscad.files.drawing.frame import (
     THICK,
     THIN,
     View,
-    fitting_paragraph,
+    centred_view,
+    draw_dimension,
+    draw_ordinates,
+    draw_origin,
+    draw_paragraph,
+    draw_short_dimension,
+    draw_table,
     mm,
     new_sheet,
-    numbered,
-    ordinates,
-    origin_cross,
-    outer_span,
-    placed,
+    numbered_notes,
     scale_for,
     scale_text,
-    span,
-    symbol,
-    table,
+    tool_symbol,
 )
 from sitscad.files.drawing.pdf import pdf
-from sitscad.files.drawing.pictures.layout_picture import coil_extent, draw_coil, pad_outline, picture
+from sitscad.files.drawing.pictures.layout_picture import coil_extent, draw_coil, layout_svg, pad_outline
 from sitscad.files.drawing.sheet import Pen, Sheet, text_width
 from sitscad.files.drawing.svg import svg
 from sitscad.files.order_facts.board_end import (
@@ -121,9 +121,9 @@ def board_sheet(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     scales = f"{scale_text(whole)} (whole), {scale_text(detail)} (body)"
     title = f"{board_kind(layout.spec.fpc.stackup)} circuit, board"
     sheet = new_sheet(layout.spec.name, layout.spec.issue, title, scales, artwork, forced)
-    _draw_whole_board(sheet, layout, placed(box, whole, WHOLE))
+    _draw_whole_board(sheet, layout, centred_view(box, whole, WHOLE))
     # The body alone, cut off at its end
-    view = placed(layout.body, detail, DETAIL)
+    view = centred_view(layout.body, detail, DETAIL)
     x0, y0, x1, y1 = layout.body
     limit = x1 + 0.05 * (x1 - x0)
     _draw_top_copper(sheet, layout, view, limit, "drawing-body")
@@ -133,13 +133,13 @@ def board_sheet(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     sheet.line(view.x(limit), view.y(y0) - 2.0, view.x(limit), view.y(y1) + 2.0, CHAIN)
     for coil in layout.coils:
         _draw_coil_name(sheet, layout.vias, view, coil)
-    ordinates(sheet, view, 0, [x0, x1, *(c.centre.x for c in layout.coils)], view.y(y0), view.y(y0) - 7.0)
+    draw_ordinates(sheet, view, 0, [x0, x1, *(c.centre.x for c in layout.coils)], view.y(y0), view.y(y0) - 7.0)
     edges = [coil_extent(layout.spec.coil, coil)[side] for coil in layout.coils for side in (1, 3)]
-    ordinates(sheet, view, 1, [y0, y1, *edges, *(c.centre.y for c in layout.coils)], view.x(x0), view.x(x0) - 9.0)
+    draw_ordinates(sheet, view, 1, [y0, y1, *edges, *(c.centre.y for c in layout.coils)], view.x(x0), view.x(x0) - 9.0)
     sheet.text(WHOLE[0] - 24.0, 194.0, f"whole board, {scale_text(whole)}", 3.2)
     sheet.text(WHOLE[0] - 24.0, DETAIL[1] + DETAIL[3] + 8.0, f"body, {scale_text(detail)}", 3.2)
     low = _draw_hole_table(sheet, layout.vias, plated_tools(layout), 161.0, 108.0)
-    fitting_paragraph(sheet, 161.0, low - 2.0, 121.0, 40.0, numbered(board_notes(layout)), 2.3)
+    draw_paragraph(sheet, 161.0, low - 2.0, 121.0, 40.0, numbered_notes(board_notes(layout)), 2.3)
     return sheet
 
 
@@ -159,22 +159,22 @@ def _draw_whole_board(sheet: Sheet, layout: Layout, view: View) -> None:
     _draw_marks(sheet, layout.coils, layout.spec.coil, plated_tools(layout), view, "drawing")
     low, high = view.y(y0), view.y(y1)
     stations = list(_dimensioned_x(layout))
-    ordinates(sheet, view, 0, stations, low, low - 7.0)
+    draw_ordinates(sheet, view, 0, stations, low, low - 7.0)
     tail = _tail_end_y(layout.outline, layout.pads, layout.spec.fpc.tail)
-    ordinates(sheet, view, 1, [y0, y1, *tail, layout.body[1], layout.body[3]], view.x(x0), view.x(x0) - 9.0)
+    draw_ordinates(sheet, view, 1, [y0, y1, *tail, layout.body[1], layout.body[3]], view.x(x0), view.x(x0) - 9.0)
     below = low - 9.0 - max(text_width(mm(x), TEXT) for x in stations)  # the ordinates
     reached = 0.0  # top on paper of the dimension of the tail's width
     if (width_at := tail_width(layout.body[2], layout.outline, layout.pads, layout.spec.fpc.tail)) is not None:
         at, bottom, top = view.x(width_at[0]), view.y(width_at[1]), view.y(width_at[2])
-        outer_span(sheet, (at, bottom), (at, top), _tail_width_text(layout.spec.fpc, width_at), upright=True)
+        draw_short_dimension(sheet, (at, bottom), (at, top), _tail_width_text(layout.spec.fpc, width_at), upright=True)
         reached = top + 5.0 + TEXT
     level = max(high + 6.0, named + 2.0, reached + 2.0, _draw_bends(sheet, layout, view, below) + 4.0)
     tolerance = _outline_tolerance_text(layout.spec.fpc.rules)
-    span(sheet, (view.x(x0), level), (view.x(x1), level), f"{mm(x1 - x0)} +/- {tolerance}")
+    draw_dimension(sheet, (view.x(x0), level), (view.x(x1), level), f"{mm(x1 - x0)} +/- {tolerance}")
     for x in (x0, x1):
         sheet.line(view.x(x), high + 1.0, view.x(x), level + 1.0, THIN)
     side = view.x(x1) + (12.0 if layout.pads else 7.0)  # beyond the numbers of the contacts
-    span(sheet, (side, low), (side, high), f"{mm(y1 - y0)} +/- {tolerance}")
+    draw_dimension(sheet, (side, low), (side, high), f"{mm(y1 - y0)} +/- {tolerance}")
 
 
 def _draw_stiffener(sheet: Sheet, layout: Layout, view: View) -> float:
@@ -343,13 +343,13 @@ def _draw_marks(
             if hole.x * UNIT <= limit:
                 at, radius = Point(view.x(hole.x * UNIT), view.y(hole.y * UNIT)), view.length(tool.diameter * UNIT / 2)
                 _draw_hole(sheet, at, radius, order)
-    origin_cross(sheet, view)
+    draw_origin(sheet, view)
 
 
 def _draw_hole(sheet: Sheet, at: Point, radius: float, tool: int) -> None:
     """Draw a hole to scale, and the symbol of tool number `tool` at a legible size."""
     sheet.draw(circle(at, radius), THIN, "#ffffff")
-    sheet.draw(symbol(tool, at, max(1.5 * radius, 0.6)), Pen(0.13))
+    sheet.draw(tool_symbol(tool, at, max(1.5 * radius, 0.6)), Pen(0.13))
 
 
 def _draw_hole_table(sheet: Sheet, vias: tuple[Via, ...], tools: list[Tool], left: float, top: float) -> float:
@@ -360,7 +360,7 @@ def _draw_hole_table(sheet: Sheet, vias: tuple[Via, ...], tools: list[Tool], lef
         rows.append(["", f"{millimetres(tool.diameter, 3)} mm", str(len(tool.holes)), plated, ", ".join(pads)])
     if len(rows) == 1:
         rows.append(["", "none", "", "", ""])
-    low = table(sheet, left, top, (8.0, 30.0, 16.0, 34.0, 38.0), rows)
+    low = draw_table(sheet, left, top, (8.0, 30.0, 16.0, 34.0, 38.0), rows)
     step = (top - low) / len(rows)
     for order in range(len(tools)):
         _draw_hole(sheet, Point(left + 4.0, top - (order + 1.55) * step), 0.8, order)
@@ -402,9 +402,9 @@ def _outline_tolerance_text(rules: DesignRules) -> str:
 def render_pictures(layout: Layout) -> dict[str, bytes]:
     """Return pictures of the whole board and of its body, which carries the coils, by path in the package."""
     return {
-        fabrication_path(layout.spec.name, "board.svg"): picture(layout).encode("utf-8"),
-        fabrication_path(layout.spec.name, "body.svg"): picture(layout, window=layout.body,
-                                                                name="body").encode("utf-8"),
+        fabrication_path(layout.spec.name, "board.svg"): layout_svg(layout).encode("utf-8"),
+        fabrication_path(layout.spec.name, "body.svg"): layout_svg(layout, window=layout.body,
+                                                                   name="body").encode("utf-8"),
     }
 
 
@@ -425,11 +425,11 @@ def contact_sheet(layout: Layout, artwork: str, forced: bool = False) -> Sheet |
     scale = scale_for((box[2] - box[0], box[3] - box[1]), ROOM[2:])
     title = f"{board_kind(layout.spec.fpc.stackup)} circuit, contacts"
     sheet = new_sheet(layout.spec.name, layout.spec.issue, title, f"{scale_text(scale)}", artwork, forced)
-    view = placed(box, scale, ROOM)
+    view = centred_view(box, scale, ROOM)
     _draw_contact_view(sheet, layout, view, box)
     size = 2.3 if len(layout.pads) <= 24 else 1.8
-    low = table(sheet, 148.0, 190.0, CONTACT_COLUMNS, contact_rows(layout), size)
-    fitting_paragraph(sheet, 148.0, low - 2.0, 134.0, 40.0, list(_contact_notes(layout)), 2.3)
+    low = draw_table(sheet, 148.0, 190.0, CONTACT_COLUMNS, contact_rows(layout), size)
+    draw_paragraph(sheet, 148.0, low - 2.0, 134.0, 40.0, list(_contact_notes(layout)), 2.3)
     return sheet
 
 
@@ -558,9 +558,9 @@ def _draw_dimension(
         sheet.line(*((end, start, end, over) if axis == 0 else (start, end, over, end)), THIN)
     first, other = ((end, level) if axis == 0 else (level, end) for end in ends)
     if ends[1] - ends[0] > text_width(text, TEXT) + 5.0:
-        span(sheet, first, other, text)
+        draw_dimension(sheet, first, other, text)
     else:
-        outer_span(sheet, first, other, text, is_before=is_before)
+        draw_short_dimension(sheet, first, other, text, is_before=is_before)
 
 
 def _contact_notes(layout: Layout) -> list[str]:

@@ -42,14 +42,14 @@ from sitscad.files.drawing.frame import (
     TEXT,
     THIN,
     View,
-    fitting_paragraph,
+    draw_dimension,
+    draw_paragraph,
+    draw_table,
     mm,
     new_sheet,
     scale_for,
     scale_text,
-    span,
-    spread,
-    table,
+    spaced_places,
 )
 from sitscad.files.drawing.sheet import BLACK, Pen, Sheet
 from sitscad.kernels.geometry.convex import Box
@@ -100,9 +100,9 @@ def fit_sheet(layout: Layout, faults: Sequence[Finding], forced: bool = False, b
     for slot, draw in enumerate(views):
         with sheet.group(f"fit-view-{slot + 1}"):
             draw(sheet, TOP - SLOT * slot)
-    low = table(sheet, 16.0, 64.0, (16.0, 40.0, 26.0, 26.0, 26.0), [HEAD, *map(_finding_row, shown)], 2.4)
+    low = draw_table(sheet, 16.0, 64.0, (16.0, 40.0, 26.0, 26.0, 26.0), [HEAD, *map(_finding_row, shown)], 2.4)
     note = NOTE + (f" {bodies} has the bodies themselves." if bodies else "")
-    fitting_paragraph(sheet, 16.0, low - 2.0, 134.0, 10.0, [note], 2.3)
+    draw_paragraph(sheet, 16.0, low - 2.0, 134.0, 10.0, [note], 2.3)
     return sheet
 
 
@@ -177,7 +177,7 @@ def _draw_width(sheet: Sheet, view: View, size: float, y: float, label: str, col
     """
     for x in (-size / 2, size / 2):
         sheet.line(view.x(x), view.y(0.0), view.x(x), y, TOO_MUCH if colour else HIDDEN)
-    span(sheet, (view.x(-size / 2), y), (view.x(size / 2), y), label, colour or BLACK)
+    draw_dimension(sheet, (view.x(-size / 2), y), (view.x(size / 2), y), label, colour or BLACK)
 
 
 def _labelled_widths(
@@ -259,11 +259,11 @@ def _draw_lengths(sheet: Sheet, layout: Layout, jaw: Jaw, fault: Finding, top: f
         return right - scale * 1e3 * (x1 - x)
 
     _, limit = _measured_and_limit(fault)
-    span(
+    draw_dimension(
         sheet, (at(body[0]), middle - half - 5.0), (at(body[1]), middle - half - 5.0), f"board {mm(body[1] - body[0])}",
         colour=RED,
     )
-    span(sheet, (at(start), middle - half - 10.5), (at(heel), middle - half - 10.5), f"jaw {mm(limit)}")
+    draw_dimension(sheet, (at(start), middle - half - 10.5), (at(heel), middle - half - 10.5), f"jaw {mm(limit)}")
 
 
 def _draw_hinge(sheet: Sheet, layout: Layout, jaw: Jaw, top: float) -> None:
@@ -436,7 +436,7 @@ def draw_layer_names(sheet: Sheet, layout: Layout, jaw: Jaw, view: View, right: 
     at, named = layer_heights(layers), [layer for layer in layers if not layer.is_glue]
     middle = at["opposing-jaw"][1].nominal / 2
     heights = [view.y((at[layer.part][0].nominal + at[layer.part][1].nominal) / 2 - middle) for layer in named]
-    for layer, height, row in zip(named, heights, spread(heights, 4.6), strict=True):
+    for layer, height, row in zip(named, heights, spaced_places(heights, 4.6), strict=True):
         lower = at[layer.part][0].nominal
         half = jaw_section(jaw).face / 3
         if not layer.part.endswith("jaw"):

@@ -25,15 +25,15 @@ from sitscad.files.drawing.frame import (
     TEXT,
     THIN,
     View,
-    fitting_paragraph,
+    draw_dimension,
+    draw_paragraph,
+    draw_short_dimension,
+    draw_table,
     mm,
     new_sheet,
-    numbered,
-    outer_span,
+    numbered_notes,
     scale_for,
     scale_text,
-    span,
-    table,
 )
 from sitscad.files.drawing.pdf import pdf
 from sitscad.files.drawing.sheet import Sheet, text_width
@@ -86,7 +86,7 @@ def jaw_sheet(layout: Layout, forced: bool = False) -> Sheet | None:
         left = view.x(-radius) - 7.0
         for z in (-half, half):
             sheet.line(view.x(0.0), view.y(z), left - 1.0, view.y(z), THIN)
-        span(sheet, (left, view.y(-half)), (left, view.y(half)), f"{mm(pair.height)} back to back")
+        draw_dimension(sheet, (left, view.y(-half)), (left, view.y(half)), f"{mm(pair.height)} back to back")
         face, board = jaw_section(jaw).face, layout.body_size[1]
         lines = [(jaw.port_diameter, f"port {mm(jaw.port_diameter)}")]
         lines += [(face, f"jaw's face {mm(face)}"), (board, f"board {mm(board)}")]
@@ -96,14 +96,14 @@ def jaw_sheet(layout: Layout, forced: bool = False) -> Sheet | None:
             start = view.y(0.0) if size == jaw.port_diameter else low + 3.0
             for x in (-size / 2, size / 2):
                 sheet.line(view.x(x), start, view.x(x), y - 1.0, HIDDEN)
-            span(sheet, (view.x(-size / 2), y), (view.x(size / 2), y), label)
+            draw_dimension(sheet, (view.x(-size / 2), y), (view.x(size / 2), y), label)
     with sheet.group("jaw-sides"):
         _draw_side_views(sheet, layout, jaw, closes)
     rows = [("measure (mm)", "nominal", "root-sum-square", "at worst", "limit")]
     rows += [(m.name, mm(m.nominal), mm(m.root_sum_square), mm(m.worst), mm(m.limit)) for m in measures(layout)]
-    low = table(sheet, 16.0, 66.0, (42.0, 22.0, 28.0, 22.0, 22.0), rows, 2.4)
-    fitting_paragraph(sheet, 16.0, low - 2.0, 140.0, 10.0,
-                      numbered(_notes(bends(layout), bent_text(layout), column(layout), jaw, closes)), 2.3)
+    low = draw_table(sheet, 16.0, 66.0, (42.0, 22.0, 28.0, 22.0, 22.0), rows, 2.4)
+    draw_paragraph(sheet, 16.0, low - 2.0, 140.0, 10.0,
+                   numbered_notes(_notes(bends(layout), bent_text(layout), column(layout), jaw, closes)), 2.3)
     return sheet
 
 
@@ -120,14 +120,14 @@ def _draw_side_views(sheet: Sheet, layout: Layout, jaw: Jaw, closes: Closing) ->
     lift = scale * 1e3 * (pivot - start) * math.sin(closed)
     reach = scale * 1e3 * jaw.port_diameter
     captions = [f"{label}, {scale_text(scale)}, the tip on the left"]
-    fitting_paragraph(sheet, SIDES[0], CLOSED + reach + lift + 6.0, SIDES[1], CLOSED + 0.6 * reach + lift, captions,
-                      TEXT)
+    draw_paragraph(sheet, SIDES[0], CLOSED + reach + lift + 6.0, SIDES[1], CLOSED + 0.6 * reach + lift, captions,
+                   TEXT)
     y = CLOSED - 0.5 * reach - lift - 6.0
     ends = right - scale * 1e3 * (pivot - start), right - scale * 1e3 * (pivot - heel)
-    span(sheet, (ends[0], y), (ends[1], y), mm(jaw.length))
+    draw_dimension(sheet, (ends[0], y), (ends[1], y), mm(jaw.length))
     if jaw.hinge:
         beside = f", pivot {mm(abs(jaw.pivot_offset))} beside the middle" if jaw.pivot_offset else ""
-        span(sheet, (ends[1], y), (right, y), f"{mm(jaw.hinge)}{beside}")
+        draw_dimension(sheet, (ends[1], y), (right, y), f"{mm(jaw.hinge)}{beside}")
     # distances from the tip to the pieces glued on the face
     begins = {part: end - start for part, (end, _) in piece_sizes(layout).items()} | {"board": layout.body[0] - start}
     for distance in sorted(set(begins.values())):
@@ -136,16 +136,16 @@ def _draw_side_views(sheet: Sheet, layout: Layout, jaw: Jaw, closes: Closing) ->
         end = ends[0] + scale * 1e3 * distance
         if distance > 0.0:
             is_before = end + 6.0 + SUBSTITUTE * text_width(label, TEXT) > right
-            outer_span(sheet, (ends[0], y), (end, y), label, is_before=is_before)
+            draw_short_dimension(sheet, (ends[0], y), (end, y), label, is_before=is_before)
     if not turn:
         label = "The jaw's hinge or opening is not known (mount.jaw.hinge, mount.jaw.opening): not drawn open."
-        fitting_paragraph(sheet, SIDES[0], OPEN, SIDES[1], 60.0, [label], TEXT)
+        draw_paragraph(sheet, SIDES[0], OPEN, SIDES[1], 60.0, [label], TEXT)
         return
     draw_jaws_from_side(sheet, layout, jaw, (right, OPEN), pivot, scale, turn, gap)
     most = closes.most
     between = f", {show(most, 'm', 3)} between the faces at the sensor's middle" if most is not None else ""
     label = f"open by {math.degrees(2 * turn):.3g} deg{between}"
-    fitting_paragraph(sheet, SIDES[0], OPEN - 34.0, SIDES[1], 44.0, [label], TEXT)
+    draw_paragraph(sheet, SIDES[0], OPEN - 34.0, SIDES[1], 44.0, [label], TEXT)
 
 
 def _closed_tilt(body: Box, pieces: tuple[Body, ...], closes: Closing, pivot: float) -> tuple[float, str]:

@@ -16,15 +16,15 @@ from sitscad.files.drawing.frame import (
     THICK,
     THIN,
     View,
-    fitting_paragraph,
+    centred_view,
+    draw_dimension,
+    draw_ordinates,
+    draw_paragraph,
     mm,
     new_sheet,
-    numbered,
-    ordinates,
-    placed,
+    numbered_notes,
     scale_for,
     scale_text,
-    span,
 )
 from sitscad.files.drawing.pdf import pdf
 from sitscad.files.drawing.sheet import Pen, Sheet, text_width
@@ -76,7 +76,7 @@ def panel_sheet(panel: Panel, artwork: str, forced: bool = False) -> Sheet:
     """
     scale = scale_for(panel.size, ROOM[2:], SCALES)
     sheet = new_sheet(panel.layout.spec.name, panel.layout.spec.issue, "panel", scale_text(scale), artwork, forced)
-    view = placed((0.0, 0.0, *panel.size), scale, ROOM)
+    view = centred_view((0.0, 0.0, *panel.size), scale, ROOM)
     width, height = panel.size
     sheet.draw(view.path(rectangle(0.0, 0.0, width, height)), THICK, name="panel-outline")
     with sheet.group("panel-cuts"):
@@ -102,13 +102,13 @@ def panel_sheet(panel: Panel, artwork: str, forced: bool = False) -> Sheet:
     for at in panel.fiducials:
         sheet.draw(view.path(circle(at, FIDUCIAL / 2)), None, "#b8860b")
         sheet.draw(view.path(circle(at, FIDUCIAL_OPENING / 2)), HIDDEN)
-    span(sheet, (view.x(0.0), view.y(height) + 6.0), (view.x(width), view.y(height) + 6.0), mm(width))
-    span(sheet, (view.x(width) + 7.0, view.y(0.0)), (view.x(width) + 7.0, view.y(height)), mm(height))
+    draw_dimension(sheet, (view.x(0.0), view.y(height) + 6.0), (view.x(width), view.y(height) + 6.0), mm(width))
+    draw_dimension(sheet, (view.x(width) + 7.0, view.y(0.0)), (view.x(width) + 7.0, view.y(height)), mm(height))
     xs = [0.0, width, *(at.x for at in (*panel.tooling_holes, *panel.fiducials, *panel.parts, *panel.coupons))]
     ys = [0.0, height, *(at.y for at in (*panel.tooling_holes, *panel.parts, *panel.coupons))]
-    ordinates(sheet, view, 0, xs, view.y(0.0), view.y(0.0) - 8.0)
-    ordinates(sheet, view, 1, ys, view.x(0.0), view.x(0.0) - 8.0)
-    fitting_paragraph(sheet, 212.0, 190.0, 74.0, 40.0, numbered(_notes(panel)), 2.4)
+    draw_ordinates(sheet, view, 0, xs, view.y(0.0), view.y(0.0) - 8.0)
+    draw_ordinates(sheet, view, 1, ys, view.x(0.0), view.x(0.0) - 8.0)
+    draw_paragraph(sheet, 212.0, 190.0, 74.0, 40.0, numbered_notes(_notes(panel)), 2.4)
     return sheet
 
 
@@ -171,7 +171,7 @@ def panel_readme(
         f"The boards are delivered in a panel of {width} x {height}. The single board is described by readme.txt; "
         "everything in it (stack-up, thicknesses, finish, test) holds for the panel. The netlist is that of one board: "
         "test each part by it.",
-        *numbered(_notes(panel)),
+        *numbered_notes(_notes(panel)),
         *_nub_notes(panel),
         *_coupon_lines(panel, coupon_estimates),
     ]

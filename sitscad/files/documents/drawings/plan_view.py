@@ -17,17 +17,17 @@ from sitscad.files.drawing.frame import (
     THICK,
     THIN,
     View,
-    axes_sign,
-    fitting_paragraph,
+    centred_view,
+    draw_axes,
+    draw_ordinates,
+    draw_origin,
+    draw_paragraph,
+    draw_table,
     mm,
     new_sheet,
-    numbered,
-    ordinates,
-    origin_cross,
-    placed,
+    numbered_notes,
     scale_for,
     scale_text,
-    table,
 )
 from sitscad.files.drawing.pdf import pdf
 from sitscad.files.drawing.pictures.layout_picture import draw_coil
@@ -57,7 +57,7 @@ def plan_sheet(layout: Layout, forced: bool = False) -> Sheet | None:
     drawn = layout.spec.coil.drawn
     title, hashes = "assembly, pieces over the coils", f"the board's are in {'fpc/' if drawn is None else drawn}"
     sheet = new_sheet(layout.spec.name, layout.spec.issue, title, scale_text(scale), hashes, forced)
-    view = placed(box, scale, ROOM)
+    view = centred_view(box, scale, ROOM)
     _draw_view(sheet, layout, pieces, view, box)
     # The edges of body and pieces and the coils' centres, by their coordinates
     boxes = [layout.body, *(piece.footprint.box for piece in pieces)]
@@ -65,14 +65,14 @@ def plan_sheet(layout: Layout, forced: bool = False) -> Sheet | None:
     centres = [coil.centre for coil in layout.coils]
     xs = [x for box in boxes for x in (box[0], box[2])] + [centre.x for centre in centres]
     ys = [y for box in boxes for y in (box[1], box[3])] + [centre.y for centre in centres]
-    ordinates(sheet, view, 0, xs, low, low - 7.0)
-    ordinates(sheet, view, 1, ys, left, left - 9.0)
-    axes_sign(sheet, left - 16.0, low - 16.0, 8.0, TEXT)
+    draw_ordinates(sheet, view, 0, xs, low, low - 7.0)
+    draw_ordinates(sheet, view, 1, ys, left, left - 9.0)
+    draw_axes(sheet, left - 16.0, low - 16.0, 8.0, TEXT)
     rows = [("coil", "x", "y", "turned by")]
     for coil in layout.coils:
         turned = f"{math.degrees(coil.placement.rotation):g} deg"
         rows.append((coil.name, mm(coil.centre.x), mm(coil.centre.y), turned))
-    low = table(sheet, COLUMN, 190.0, (22.0, 28.0, 28.0, 28.0), rows, 2.6) - 8.0
+    low = draw_table(sheet, COLUMN, 190.0, (22.0, 28.0, 28.0, 28.0), rows, 2.6) - 8.0
     for piece in {piece.role: piece for piece in reversed(pieces)}.values():  # legend of the lines
         sheet.line(COLUMN + 1.0, low + 1.0, COLUMN + 15.0, low + 1.0, PENS[piece.role.value])
         sheet.text(COLUMN + 18.0, low, f"{piece.role.value}: {_size_text(piece)}, {piece.material}", 2.6)
@@ -85,7 +85,7 @@ def plan_sheet(layout: Layout, forced: bool = False) -> Sheet | None:
         low -= 5.0
     glue_lines = plates_of(layout.spec).lines_below_target
     lines = _notes(layout.spec.assembly.glue_line, layout.spec.encapsulation, glue_lines, pieces)
-    fitting_paragraph(sheet, COLUMN, low - 2.0, 106.0, 42.0, numbered(lines), 2.4)
+    draw_paragraph(sheet, COLUMN, low - 2.0, 106.0, 42.0, numbered_notes(lines), 2.4)
     return sheet
 
 
@@ -93,9 +93,9 @@ def draw_plan(sheet: Sheet, layout: Layout, room: tuple[float, float, float, flo
     """Draw the view without dimensions on another sheet, in a room (left edge, lower edge, width, height; mm)."""
     pieces = plates_of(layout.spec).all
     box = _shown_box(layout.body, layout.largest_outline, pieces)
-    view = placed(box, plan_scale(layout, room), room)
+    view = centred_view(box, plan_scale(layout, room), room)
     _draw_view(sheet, layout, pieces, view, box)
-    axes_sign(sheet, view.x(box[0]), view.y(box[1]) - 12.0, 8.0, TEXT)
+    draw_axes(sheet, view.x(box[0]), view.y(box[1]) - 12.0, 8.0, TEXT)
 
 
 def plan_scale(layout: Layout, room: tuple[float, float, float, float]) -> float:
@@ -122,7 +122,7 @@ def _draw_view(sheet: Sheet, layout: Layout, pieces: tuple[Body, ...], view: Vie
         draw_coil(sheet, view, layout.spec.coil, coil, THIN)
     if (largest := layout.largest_outline) is not None:
         sheet.draw(view.path(largest), LARGEST)
-    origin_cross(sheet, view)
+    draw_origin(sheet, view)
     for piece in reversed(pieces):  # the lower piece last: its dashes stay visible on an equal outline
         sheet.draw(view.path(piece.outline()), PENS[piece.role.value])
     # Each coil's name beside its centre, on a white ground, on the first side where it covers no line of a piece

@@ -7,7 +7,16 @@ from collections.abc import Iterator, Mapping
 
 from sitscad.assembly.places.tail_path import bends, pivot_line
 from sitscad.basics.units import show
-from sitscad.files.drawing.frame import MARGIN, TEXT, THIN, fitting_paragraph, new_sheet, spread, table, wrapped
+from sitscad.files.drawing.frame import (
+    MARGIN,
+    TEXT,
+    THIN,
+    draw_paragraph,
+    draw_table,
+    new_sheet,
+    spaced_places,
+    wrapped_lines,
+)
 from sitscad.files.drawing.pdf import pdf
 from sitscad.files.drawing.sheet import Sheet
 from sitscad.files.drawing.svg import svg
@@ -63,7 +72,8 @@ def stackup_sheet(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
             _draw_bar(sheet, start, y, JOINT + (LAP if is_own else 0.0) - start, height, COLOURS[layer.kind])
             if is_own:
                 lap = show(layout.spec.fpc.rules.coverlay_lap, "m")
-                caption = wrapped(f"the tail's own coverlay laps {lap} into the body", JOINT - TAIL - OPEN - 18.0, 2.3)
+                caption = wrapped_lines(f"the tail's own coverlay laps {lap} into the body",
+                                        JOINT - TAIL - OPEN - 18.0, 2.3)
                 for row, line in enumerate(caption):
                     sheet.text(JOINT - 1.0, y - height - 3.5 - 3.2 * row, line, 2.3, "end")
             y -= height
@@ -82,9 +92,9 @@ def stackup_sheet(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     parts = {place: text.partition("), ") for place, text in texts.items()}
     rows = [["place", "finished thickness (least to most)"],
             *([place, f"{thick})" if more else thick] for place, (thick, _, more) in parts.items())]
-    low = table(sheet, 16.0, 72.0, (34.0, 118.0), rows)
+    low = draw_table(sheet, 16.0, 72.0, (34.0, 118.0), rows)
     captions = [f"Finished thickness {place} {texts[place]}." for place, (_, _, more) in parts.items() if more]
-    fitting_paragraph(sheet, 16.0, low - 2.0, 143.0, MARGIN + 3.0, [*captions, *_notes(layout)], 2.3)
+    draw_paragraph(sheet, 16.0, low - 2.0, 143.0, MARGIN + 3.0, [*captions, *_notes(layout)], 2.3)
     return sheet
 
 
@@ -111,10 +121,10 @@ def _draw_body_section(sheet: Sheet, copper_layers: int, stackup: Stackup, vias:
         material = f", {notes.layer_text(layer)}" if layer.material != name else f" {layer.made_of}".rstrip()
         if layer.kind is LayerKind.COPPER:
             material = f", {notes.copper_text(stackup, layer)}"
-        texts.append(wrapped(f"{show(layer.thickness, 'm')}  {name}{material}", CAPTION, TEXT))
+        texts.append(wrapped_lines(f"{show(layer.thickness, 'm')}  {name}{material}", CAPTION, TEXT))
     most = max(map(len, texts))
     size = min(TEXT, TEXT * CAPTIONS / (1.4 * TEXT * most * len(texts)))
-    captions = spread([-m for m in middles], 1.4 * size * most)
+    captions = spaced_places([-m for m in middles], 1.4 * size * most)
     for lines, middle, place in zip(texts, middles, captions, strict=True):
         sheet.line(BODY, middle, BODY + 4.0, middle, THIN)
         sheet.line(BODY + 4.0, middle, BODY + 10.0, -place, THIN)

@@ -1,9 +1,9 @@
 """Pictures of the layout to scale, in SVG and in text.
 
-`picture` returns SVG without scripts, fonts or external resources. Below the picture are a scale bar and a legend with
-every colour and line that it shows. The view is from the top, y upwards. Copper layers have colours that colour-blind
-readers can distinguish. Nothing is transparent: upper layers cover lower layers, and narrow lines show the covered
-tracks. Layers, nets, coils, contacts and findings have ids, which begin with the name of the picture.
+`layout_svg` returns SVG without scripts, fonts or external resources. Below the picture are a scale bar and a legend
+with every colour and line that it shows. The view is from the top, y upwards. Copper layers have colours that
+colour-blind readers can distinguish. Nothing is transparent: upper layers cover lower layers, and narrow lines show the
+covered tracks. Layers, nets, coils, contacts and findings have ids, which begin with the name of the picture.
 
 `dot_picture` returns lines of braille characters, each 2 by 4 dots, for places where only text can be shown: job pages,
 logs, messages. A hundred columns are enough for the turns of a coil.
@@ -22,7 +22,7 @@ import numpy as np
 from sitscad.assembly.places.tail_path import bends
 from sitscad.basics.arrays import Array
 from sitscad.basics.units import show
-from sitscad.files.drawing.frame import CHAIN, View, axes_sign
+from sitscad.files.drawing.frame import CHAIN, View, draw_axes
 from sitscad.files.drawing.sheet import Pen, Sheet, text_width
 from sitscad.files.drawing.svg import svg
 from sitscad.kernels.geometry.path import Path, Point, Region, bounding_box, circle, polyline, rectangle
@@ -110,7 +110,7 @@ MARKS = {"error": "#d00000", "warning": "#b35900", "note": "#0050b3"}
 Sign = Callable[[Sheet, float, float], None]  # Draws a key's sign on a sheet, its upper left corner at (x, y)
 
 
-def colour(layer: int) -> str:
+def layer_colour(layer: int) -> str:
     """Return the colour of a copper layer."""
     return COLOURS[(layer - 1) % len(COLOURS)]
 
@@ -125,29 +125,29 @@ def legend_keys(layout: Layout, shown: list[int], view: View, marks: list[Pictur
     def sees(x: float) -> bool:
         return 0.0 <= view.x(x) <= WIDTH
 
-    keys = [(_swatch(colour(layer)), f"copper {layer}") for layer in shown]
+    keys = [(_swatch_sign(layer_colour(layer)), f"copper {layer}") for layer in shown]
     if len(shown) > 1:
-        keys.append((_under(colour(shown[0]), colour(shown[1])), "lower copper under upper"))
+        keys.append((_covered_track_sign(layer_colour(shown[0]), layer_colour(shown[1])), "lower copper under upper"))
     keys.append((_line_sign(EDGE, ""), "edge of the board"))
     if layout.spec.fpc.largest is not None:
         keys.append((_line_sign(LARGEST, LARGEST_DASHES), "fpc.largest"))
     if any(pad.layer in shown and sees(pad.centre.x) for pad in layout.pads):
-        keys.append((_swatch(CONTACT), "contacts"))
+        keys.append((_swatch_sign(CONTACT), "contacts"))
     if any(sees(via.centre.x) for via in layout.vias):
-        keys.append((_swatch(RING), "vias"))
+        keys.append((_swatch_sign(RING), "vias"))
     if any(sees(opening.outline.start.x) for opening in layout.top_openings):
         keys.append((_line_sign(TOP_OPENING, TOP_DASHES), "top coverlay open"))
     if any(sees(opening.outline.start.x) for opening in layout.bottom_openings):
         keys.append((_line_sign(BOTTOM_OPENING, BOTTOM_DASHES), "bottom coverlay open"))
     if plate is not None and sees(plate.outline.outline.start.x):
-        keys.append((_swatch(PLATE), f"stiffener {show(plate.thickness, 'm')}"))
+        keys.append((_swatch_sign(PLATE), f"stiffener {show(plate.thickness, 'm')}"))
     visible = [bend for bend in bends(layout) if sees(bend.line)]
     labels = dict.fromkeys(f"bend {bend.angle_text} {bend.direction}" for bend in visible)
     keys += [(_line_sign(BEND, BEND_DASHES), each) for each in labels]
     if any(bend.end > bend.start for bend in visible):
-        keys.append((_swatch(TAKEN), "taken by bends" if len(visible) > 1 else "taken by the bend"))
+        keys.append((_swatch_sign(TAKEN), "taken by bends" if len(visible) > 1 else "taken by the bend"))
     return keys + [
-        (_ring(MARKS[kind]), f"{kind}, numbered") for kind in MARKS if any(mark.kind == kind for mark in marks)
+        (_ring_sign(MARKS[kind]), f"{kind}, numbered") for kind in MARKS if any(mark.kind == kind for mark in marks)
     ]
 
 
@@ -158,7 +158,7 @@ For DejaVu Sans it is 1.15 to 1.2.
 """
 
 
-def _scale_bar(
+def _draw_scale_bar(
     sheet: Sheet, body_size: tuple[float, float], size: tuple[float, float], name: str, view: View, top: float
 ) -> None:
     """Draw a scale bar, the axes, and the sizes of body and board as text.
@@ -180,19 +180,19 @@ def _scale_bar(
     strokes = [polyline([Point(x, top - down) for x, down in ends]) for ends in bar]
     sheet.draw(strokes, Pen(2.0, round_ends=False), kind="scale")
     sheet.text(end + 10.0, top - 17.0, show(length, "m"), LETTERS)
-    axes_sign(sheet, AXES_AT, top - 19.0, 22.0, LETTERS)
+    draw_axes(sheet, AXES_AT, top - 19.0, 22.0, LETTERS)
     sheet.text(WIDTH - 20.0, top - 17.0, sizes, LETTERS, "end")
 
 
-def _swatch(fill: str) -> Sign:
+def _swatch_sign(fill: str) -> Sign:
     return lambda sheet, x, y: sheet.draw(rectangle(x, y - 18.0, x + 26.0, y - 4.0), None, fill)
 
 
-def _ring(ink: str) -> Sign:
+def _ring_sign(ink: str) -> Sign:
     return lambda sheet, x, y: sheet.draw(circle(Point(x + 13.0, y - 11.0), 8.0), Pen(3.0, ink))
 
 
-def _under(upper: str, lower: str) -> Sign:
+def _covered_track_sign(upper: str, lower: str) -> Sign:
     """Return the legend's sign of a track under upper copper: an area with a narrow line."""
 
     def draw(sheet: Sheet, x: float, y: float) -> None:
@@ -213,7 +213,7 @@ BOARD, EDGE, WHITE = "#f6e7c1", "#222222", "#ffffff"
 LARGEST, LARGEST_DASHES = "#d00000", "10 5"
 
 
-def picture(
+def layout_svg(
     layout: Layout, layers: Iterable[int] | None = None, window: Window | None = None,
     marks: Iterable[PicturePoint] = (), name: str = "board",
 ) -> str:
@@ -249,15 +249,15 @@ def picture(
     title = f"{layout.spec.name}: copper layers {', '.join(map(str, shown))}, seen from the top"
     sheet = Sheet(title, (WIDTH, high + low), unit="", decimals=2)
     with sheet.group(name, window=(0.0, low, WIDTH, low + high)):
-        _board(sheet, layout, shown, view, name)
-        _labels(sheet, layout, view, name)
-        _marks(sheet, pointed_at, view, name)
+        _draw_board(sheet, layout, shown, view, name)
+        _draw_labels(sheet, layout, view, name)
+        _draw_marks(sheet, pointed_at, view, name)
     # Part number and issue if stated, the scale bar with the sizes as text, then the keys
     top = low - 10.0
     if title := layout.spec.issue.words:
         sheet.text(WIDTH - 20.0, top - 17.0, title, LETTERS, "end")
         top -= ROW
-    _scale_bar(sheet, layout.body_size, layout.size, layout.spec.name, view, top)
+    _draw_scale_bar(sheet, layout.body_size, layout.size, layout.spec.name, view, top)
     for i, (sign, text) in enumerate(keys):
         row, column = divmod(i, columns)
         x, y = 20.0 + (WIDTH - 30.0) / columns * column, top - ROW * (row + 1)
@@ -266,36 +266,36 @@ def picture(
     return svg(sheet)
 
 
-def flat(width: float, colour: str, dashes: str = "") -> Pen:
+def flat_pen(width: float, colour: str, dashes: str = "") -> Pen:
     """Return a pen whose ends are cut off and whose corners are pointed."""
     return Pen(width, colour, tuple(map(float, dashes.split())), round_ends=False, round_corners=False)
 
 
-def _region(view: View, region: Region) -> list[Path]:
+def _region_paths(view: View, region: Region) -> list[Path]:
     return [view.path(path) for path in (region.outline, *region.holes)]
 
 
-def _board(sheet: Sheet, layout: Layout, shown: list[int], view: View, name: str) -> None:
+def _draw_board(sheet: Sheet, layout: Layout, shown: list[int], view: View, name: str) -> None:
     """Draw the board's material, copper from the lowest layer up, holes, openings, and last the edge."""
     sheet.draw(view.path(layout.outline), None, BOARD)
     if layout.stiffener is not None:
-        sheet.draw(_region(view, layout.stiffener.outline), flat(1.0, PLATE), PLATE)
+        sheet.draw(_region_paths(view, layout.stiffener.outline), flat_pen(1.0, PLATE), PLATE)
     for bend in bends(layout):
         # The bend line, and the part of the tail that the bend occupies as a band
         low, high = layout.reach_at(bend.line)
         if bend.end > bend.start:
             sheet.draw(view.path(rectangle(bend.start, low, bend.end, high)), None, TAKEN)
-        x, pen = view.x(bend.line), flat(2.0, BEND, BEND_DASHES)
+        x, pen = view.x(bend.line), flat_pen(2.0, BEND, BEND_DASHES)
         sheet.line(x, view.y(high) + 8.0, x, view.y(low) - 8.0, pen)
     for layer in reversed(shown):
         with sheet.group(f"{name}-copper-{layer}", kind=f"copper-{layer}"):
-            _copper(sheet, layout, layer, view, name)
+            _draw_layer(sheet, layout, layer, view, name)
     for layer in reversed(shown[1:]):  # lower tracks as narrow lines over the copper that covers them
         with sheet.group(f"{name}-under-{layer}", kind=f"copper-{layer}"):
             for net in layout.nets:
                 with sheet.group(f"{name}-under-{layer}-net-{net}", kind=f"net-{net}"):
                     for trace in (trace for trace in layout.on_layer(layer) if trace.net == net):
-                        pen = Pen(UNDER * view.length(trace.width), colour(layer), round_ends=False)
+                        pen = Pen(UNDER * view.length(trace.width), layer_colour(layer), round_ends=False)
                         sheet.draw(view.path(trace.path), pen)
     with sheet.group(f"{name}-vias"):
         for via in layout.vias:
@@ -303,28 +303,28 @@ def _board(sheet: Sheet, layout: Layout, shown: list[int], view: View, name: str
             sheet.draw(circle(centre, view.length(via.pad / 2)), None, RING)
             sheet.draw(circle(centre, view.length(via.drill / 2)), None, WHITE)
     for opening in layout.bottom_openings:
-        sheet.draw(_region(view, opening), flat(2.0, BOTTOM_OPENING, BOTTOM_DASHES))
+        sheet.draw(_region_paths(view, opening), flat_pen(2.0, BOTTOM_OPENING, BOTTOM_DASHES))
     for opening in layout.top_openings:
-        sheet.draw(_region(view, opening), flat(2.0, TOP_OPENING, TOP_DASHES))
-    sheet.draw(view.path(layout.outline), flat(1.5, EDGE), name=f"{name}-outline")
+        sheet.draw(_region_paths(view, opening), flat_pen(2.0, TOP_OPENING, TOP_DASHES))
+    sheet.draw(view.path(layout.outline), flat_pen(1.5, EDGE), name=f"{name}-outline")
     if (largest := layout.largest_outline) is not None:
-        sheet.draw(view.path(largest), flat(1.5, LARGEST, LARGEST_DASHES), name=f"{name}-largest")
+        sheet.draw(view.path(largest), flat_pen(1.5, LARGEST, LARGEST_DASHES), name=f"{name}-largest")
 
 
-def _copper(sheet: Sheet, layout: Layout, layer: int, view: View, name: str) -> None:
+def _draw_layer(sheet: Sheet, layout: Layout, layer: int, view: View, name: str) -> None:
     """Draw one layer: tracks and their teardrops by net, then its contacts."""
     for net in layout.nets:
         with sheet.group(f"{name}-copper-{layer}-net-{net}", kind=f"net-{net}"):
             for trace in (trace for trace in layout.on_layer(layer) if trace.net == net):
-                sheet.draw(view.path(trace.path), Pen(view.length(trace.width), colour(layer)))
+                sheet.draw(view.path(trace.path), Pen(view.length(trace.width), layer_colour(layer)))
             for drop in (drop for drop in layout.teardrops if drop.layer == layer and drop.net == net):
-                sheet.draw(view.path(drop.outline), None, colour(layer))
+                sheet.draw(view.path(drop.outline), None, layer_colour(layer))
     for pad in (pad for pad in layout.all_pads if pad.layer == layer):
         box, ident = view.path(pad_outline(pad)), f"{name}-pad-{pad.reference}-{pad.number}"
-        sheet.draw(box, flat(1.0, colour(layer)), CONTACT, name=ident)
+        sheet.draw(box, flat_pen(1.0, layer_colour(layer)), CONTACT, name=ident)
 
 
-def _labels(sheet: Sheet, layout: Layout, view: View, name: str) -> None:
+def _draw_labels(sheet: Sheet, layout: Layout, view: View, name: str) -> None:
     """Draw the names of coils, chips and contacts."""
     reach = min(layout.spec.coil.size) / 2
     size, labels = max(12.0, min(30.0, 0.25 * view.length(reach))), layout.labels
@@ -352,7 +352,7 @@ def _labels(sheet: Sheet, layout: Layout, view: View, name: str) -> None:
                 sheet.text(x, y - 0.35 * size, label, size, "middle")
 
 
-def _marks(sheet: Sheet, marks: list[PicturePoint], view: View, name: str) -> None:
+def _draw_marks(sheet: Sheet, marks: list[PicturePoint], view: View, name: str) -> None:
     """Draw a ring at each place, with its text beside it. Places less than 26 pixels apart share one ring."""
     boxes: list[tuple[float, float, float]] = []
     groups: list[list[PicturePoint]] = []
@@ -401,7 +401,7 @@ def dot_picture(layout: Layout, marks: Iterable[PicturePoint] = (), columns: int
     rows = math.ceil((y1 - y0) / step / 4) + 1
     dots = np.zeros((4 * rows, 2 * columns), dtype=bool)
     paths = [layout.outline, *(trace.path for trace in layout.on_layer(1))]
-    places = np.concatenate([_along(np.array(path.flattened(step / 4)), step / 2) for path in paths])
+    places = np.concatenate([_points_along(np.array(path.flattened(step / 4)), step / 2) for path in paths])
     x, y = np.rint((places[:, 0] - x0) / step), np.rint((y1 - places[:, 1]) / step)
     inside = (x >= 0) & (x < 2 * columns) & (y >= 0) & (y < 4 * rows)
     dots[y[inside].astype(int), x[inside].astype(int)] = True
@@ -423,7 +423,7 @@ def dot_picture(layout: Layout, marks: Iterable[PicturePoint] = (), columns: int
     return "\n".join(text)
 
 
-def _along(corners: Points, step: float) -> Points:
+def _points_along(corners: Points, step: float) -> Points:
     """Return points (n, 2) along a polyline at equal distances of at most `step`."""
     lengths = np.hypot(*np.diff(corners, axis=0).T)
     way = np.concatenate([[0.0], np.cumsum(lengths)])

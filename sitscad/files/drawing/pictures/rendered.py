@@ -45,7 +45,7 @@ Corner = tuple[int, int]
 
 
 @record(eq=False)
-class Coloured:
+class PaintedMesh:
     """Closed mesh: vertices (n, 3), triangles (m, 3) with outward normals, and colour ``#rrggbb``."""
 
     vertices: Array
@@ -73,7 +73,7 @@ class SpaceView:
         return (flat - np.array(self.corner)) * self.scale
 
 
-def camera(azimuth: float, elevation: float) -> tuple[Array, Array, Array]:
+def view_axes(azimuth: float, elevation: float) -> tuple[Array, Array, Array]:
     """Return unit vectors to the right, up and towards a viewer.
 
     `azimuth` (rad) counts from -y towards +x, `elevation` (rad) upwards.
@@ -84,7 +84,9 @@ def camera(azimuth: float, elevation: float) -> tuple[Array, Array, Array]:
     return right, np.cross(toward, right), toward
 
 
-def fitted(meshes: Sequence[Coloured], axes: tuple[Array, Array, Array], size: tuple[float, float]) -> SpaceView:
+def fitted_view(
+    meshes: Sequence[PaintedMesh], axes: tuple[Array, Array, Array], size: tuple[float, float]
+) -> SpaceView:
     """Return the view along `axes` in which all meshes fill a size on the sheet."""
     points = np.concatenate([mesh.vertices for mesh in meshes])
     across, upwards = points @ axes[0], points @ axes[1]
@@ -92,8 +94,8 @@ def fitted(meshes: Sequence[Coloured], axes: tuple[Array, Array, Array], size: t
     return SpaceView(*axes, float(scale), (float(across.min()), float(upwards.max())))
 
 
-def rendered(
-    sheet: Sheet, meshes: Sequence[Coloured], view: SpaceView, size: tuple[float, float], opacity: float = 1.0
+def draw_meshes(
+    sheet: Sheet, meshes: Sequence[PaintedMesh], view: SpaceView, size: tuple[float, float], opacity: float = 1.0
 ) -> None:
     """Draw meshes on a sheet from (0, 0) right and down within `size`.
 
@@ -111,7 +113,7 @@ def rendered(
         deep = mesh.vertices @ view.toward
         for index in np.flatnonzero(_normals(mesh) @ view.toward > 1e-9):
             corners = mesh.triangles[index]
-            _fill(depth, visible, flat[corners], deep[corners], first + int(index))
+            _fill_triangle(depth, visible, flat[corners], deep[corners], first + int(index))
         first += len(mesh.triangles)
     # The part of the raster that shows anything, and its left upper corner
     rows, columns = (np.flatnonzero((visible >= 0).any(axis=axis)) for axis in (1, 0))
@@ -119,30 +121,30 @@ def rendered(
     if rows.size:
         visible = visible[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
     shown = np.flatnonzero(np.bincount(visible[visible >= 0]))
-    shades = np.concatenate([_shaded(mesh.colour, _normals(mesh)) for mesh in meshes])
+    shades = np.concatenate([_face_colours(mesh.colour, _normals(mesh)) for mesh in meshes])
     colours = np.pad(np.where(visible >= 0, shades[visible], -1), 1, constant_values=-1)
-    corners = _junctions(colours)
+    corners = _junction_corners(colours)
     for colour in np.unique(shades[shown]):
-        outlines = [_simplified(loop, corners) for loop in _loops(colours == colour)]
+        outlines = [_simplified_border(loop, corners) for loop in _border_loops(colours == colour)]
         fill = f"#{colour:06x}"
         pen = Pen(0.4, fill) if opacity == 1.0 else None
         areas = [closed_polygon([_point(each, corner) for each in loop]) for loop in outlines if len(loop) > 2]
         sheet.draw(areas, pen, fill, opacity=opacity)
-    smooth = _surfaces(meshes)
+    smooth = _surface_numbers(meshes)
     surfaces = np.pad(np.where(visible >= 0, smooth[visible], -1), 1, constant_values=-1)
     # Every line between two surfaces once, simplified (a dict keeps the order)
-    corners = _junctions(surfaces)
+    corners = _junction_corners(surfaces)
     loops: dict[tuple[Corner, ...], None] = {}
     for label in np.unique(smooth[shown]):
-        for loop in _loops(surfaces == label):
-            for piece in _pieces(loop, corners):
-                loops[_both_ways(piece)] = None
+        for loop in _border_loops(surfaces == label):
+            for piece in _border_pieces(loop, corners):
+                loops[_simplified_piece(piece)] = None
     edges = list(loops)
     if edges:
         sheet.draw([polyline([_point(each, corner) for each in edge]) for edge in edges], EDGE)
 
 
-def _fill(depth: Array, visible: Indices, flat: Array, deep: Array, index: int) -> None:
+def _fill_triangle(depth: Array, visible: Indices, flat: Array, deep: Array, index: int) -> None:
     """Write one triangle into the buffers where it is nearest.
 
     `flat` are its 3 corners in raster points, `deep` are their depths.
@@ -166,13 +168,13 @@ def _fill(depth: Array, visible: Indices, flat: Array, deep: Array, index: int) 
     visible[box][nearer] = index
 
 
-def _normals(mesh: Coloured) -> Array:
+def _normals(mesh: PaintedMesh) -> Array:
     a, b, c = (mesh.vertices[mesh.triangles[:, i]] for i in range(3))
     cross = np.cross(b - a, c - a)
     return np.asarray(cross / np.maximum(np.linalg.norm(cross, axis=1, keepdims=True), 1e-30))
 
 
-def _shaded(colour: str, normals: Array) -> Indices:
+def _face_colours(colour: str, normals: Array) -> Indices:
     """Return the colour (0xrrggbb) of each face: `colour`, darker the further the face is turned from the light."""
     bright = np.round(np.clip(normals @ LIGHT, 0.0, 1.0) * SHADES) / SHADES
     parts = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)])
@@ -181,7 +183,7 @@ def _shaded(colour: str, normals: Array) -> Indices:
     )
 
 
-def _surfaces(meshes: Sequence[Coloured]) -> Indices:
+def _surface_numbers(meshes: Sequence[PaintedMesh]) -> Indices:
     """Return a number per triangle, equal for all triangles of one smooth surface.
 
     Neighbours in a mesh share a surface unless they meet at a `CREASE`.
@@ -204,7 +206,7 @@ def _surfaces(meshes: Sequence[Coloured]) -> Indices:
     return np.array(surfaces, dtype=np.int64)
 
 
-def _junctions(labels: Indices) -> set[Corner]:
+def _junction_corners(labels: Indices) -> set[Corner]:
     """Return the corners (x, y) of raster points at which three or four border lines between areas meet.
 
     `labels` is the number of the area of each raster point, padded by one point on each side.
@@ -214,7 +216,7 @@ def _junctions(labels: Indices) -> set[Corner]:
     return {(int(x), int(y)) for y, x in zip(*np.nonzero(borders > 2), strict=True)}
 
 
-def _loops(area: Flags) -> list[list[Corner]]:
+def _border_loops(area: Flags) -> list[list[Corner]]:
     # Directed sides of raster points that bound the area: from each corner to the next corners. Corners are numbered
     # row by row, which is faster than pairs of coordinates
     rows, columns = (np.flatnonzero(area.any(axis=axis)) for axis in (1, 0))
@@ -248,19 +250,19 @@ def _loops(area: Flags) -> list[list[Corner]]:
     return loops
 
 
-def _simplified(loop: list[Corner], corners: set[Corner]) -> list[Corner]:
+def _simplified_border(loop: list[Corner], corners: set[Corner]) -> list[Corner]:
     """Return a closed border with its stairs replaced by slanted lines.
 
     The `corners` where areas meet stay in place. Both areas beside a border get equal lines.
     """
     outline: list[Corner] = []
-    for piece in _pieces(loop, corners):
-        line = _both_ways(piece)
+    for piece in _border_pieces(loop, corners):
+        line = _simplified_piece(piece)
         outline += (line if line[0] == piece[0] and line[-1] == piece[-1] else line[::-1])[:-1]
     return outline
 
 
-def _pieces(loop: list[Corner], corners: set[Corner]) -> list[list[Corner]]:
+def _border_pieces(loop: list[Corner], corners: set[Corner]) -> list[list[Corner]]:
     """Return the pieces of a closed loop, cut at the corners where areas meet.
 
     With fewer than two such corners, the loop is cut at one corner and at the corner farthest from it.
@@ -276,7 +278,7 @@ def _pieces(loop: list[Corner], corners: set[Corner]) -> list[list[Corner]]:
     return [turned[a : b + 1] for a, b in pairwise(ends)]
 
 
-def _both_ways(piece: list[Corner]) -> tuple[Corner, ...]:
+def _simplified_piece(piece: list[Corner]) -> tuple[Corner, ...]:
     """Return the points of a simplified piece of border. They do not depend on the direction of the piece.
 
     Omitted points lie within `STAIR` of the result.
@@ -330,10 +332,10 @@ def clash_svg(name: str, clashes: Sequence[Clash]) -> str:
             sheet.text(0.0, -LETTERS, clash.title, LETTERS, bold=True)
             if clash.excess_text:
                 sheet.text(0.0, -LETTERS - LINE, clash.excess_text, LETTERS, colour=RED)
-            meshes = [Coloured(each.vertices, each.triangles, _colour(each)) for each in clash.bodies]
-            view = fitted(meshes, camera(*CAMERAS[clash.normal == ACROSS]), SIZE)
+            meshes = [PaintedMesh(each.vertices, each.triangles, _shown_colour(each)) for each in clash.bodies]
+            view = fitted_view(meshes, view_axes(*CAMERAS[clash.normal == ACROSS]), SIZE)
             with sheet.group("", (0.0, -TITLE)):
-                rendered(sheet, meshes, view, SIZE)
+                draw_meshes(sheet, meshes, view, SIZE)
                 if clash.port is not None:
                     # The port's circle in the cutting plane
                     x, middle, z, radius = clash.port
@@ -343,7 +345,7 @@ def clash_svg(name: str, clashes: Sequence[Clash]) -> str:
                     )
                     sheet.draw(polyline([Point(*place) for place in view(places).tolist()]), PORT)
             lowest = min(float(view(mesh.vertices)[:, 1].min()) for mesh in meshes)
-            _axes(sheet, view, (SIZE[0] + 60.0, min(min(-TITLE + lowest, -TITLE) + 50.0, -TITLE - 190.0)))
+            _draw_axes(sheet, view, (SIZE[0] + 60.0, min(min(-TITLE + lowest, -TITLE) + 50.0, -TITLE - 190.0)))
             rows = [each for each in clash.bodies if each.clashes]
             for i, each in enumerate(rows):
                 y = -TITLE - SWATCH * (i + 1)
@@ -360,7 +362,7 @@ def clash_svg(name: str, clashes: Sequence[Clash]) -> str:
     return svg(sheet)
 
 
-def _axes(sheet: Sheet, view: SpaceView, place: tuple[float, float]) -> None:
+def _draw_axes(sheet: Sheet, view: SpaceView, place: tuple[float, float]) -> None:
     """Draw the projected axes with their names, and their common length (mm) as text."""
     length = next((size for size in (0.2, 0.5, 1.0, 2.0, 5.0) if size * view.scale > LEAST_AXIS), 10.0)
     start = Point(*place)
@@ -374,7 +376,7 @@ def _axes(sheet: Sheet, view: SpaceView, place: tuple[float, float]) -> None:
     sheet.text(start.x, low - 22.0, f"{length:g} mm along each axis", LETTERS, "middle")
 
 
-def _colour(shown: ColouredMesh) -> str:
+def _shown_colour(shown: ColouredMesh) -> str:
     if shown.clashes:
         return shown.colour
     parts = (int(shown.colour[i : i + 2], 16) for i in (1, 3, 5))
@@ -387,25 +389,26 @@ INK = "#22303c"
 TRANSLUCENT = 0.6  # Opacity of the film: the pieces below show through
 
 
-def exploded(sheet: Sheet, solids: tuple[Solid, ...], width: float, height: float) -> tuple[float, float]:
+def draw_exploded(sheet: Sheet, solids: tuple[Solid, ...], width: float, height: float) -> tuple[float, float]:
     """Draw the solids moved apart along z, fitted into width and height (pixels), downwards from y = 0.
 
     Returns the used width and height (pixels).
     """
     meshes = [
-        (solid, Coloured(mesh.vertices, mesh.triangles, solid.colour)) for solid, mesh in _lifted(_trimmed(solids))
+        (solid, PaintedMesh(mesh.vertices, mesh.triangles, solid.colour))
+        for solid, mesh in _lifted_meshes(_trimmed_meshes(solids))
     ]
     every = [mesh for _, mesh in meshes]
-    view = fitted(every, camera(AZIMUTH, ELEVATION), (width, height))
+    view = fitted_view(every, view_axes(AZIMUTH, ELEVATION), (width, height))
     for solid, mesh in meshes:
         with sheet.group(f"exploded-{solid.name}"):
             opacity = TRANSLUCENT if solid.role is BodyRole.ENCAPSULATION else 1.0
-            rendered(sheet, [mesh], view, (width, height), opacity)
+            draw_meshes(sheet, [mesh], view, (width, height), opacity)
     wide, down = np.ptp(view(np.concatenate([mesh.vertices for mesh in every])), axis=0).tolist()
     return wide, down
 
 
-def _trimmed(solids: tuple[Solid, ...]) -> list[tuple[Solid, TriangleMesh]]:
+def _trimmed_meshes(solids: tuple[Solid, ...]) -> list[tuple[Solid, TriangleMesh]]:
     """Return the solids with their meshes, cut a little beyond the sensor.
 
     A long tail would otherwise shrink the picture.
@@ -425,7 +428,7 @@ def _trimmed(solids: tuple[Solid, ...]) -> list[tuple[Solid, TriangleMesh]]:
     return lines
 
 
-def _lifted(meshes: list[tuple[Solid, TriangleMesh]]) -> list[tuple[Solid, TriangleMesh]]:
+def _lifted_meshes(meshes: list[tuple[Solid, TriangleMesh]]) -> list[tuple[Solid, TriangleMesh]]:
     """Return the meshes moved apart along z, each clear of the mesh before it.
 
     Consecutive meshes of equal role and base height (parts of cells) are moved together.
@@ -458,7 +461,7 @@ def _outlines(polygons: Polygons, place: Place) -> list[Path]:
     return [closed_polygon([place(*point) for point in polygon]) for polygon in polygons]
 
 
-def _slice(solid: Solid, spec: SensorSpec) -> Polygons:
+def _section_polygons(solid: Solid, spec: SensorSpec) -> Polygons:
     """Return the solid's polygons (y, z; mm) in the plane across the jaw.
 
     The plane passes 0.1 um beyond the middle of the array, or of the middle cell.
@@ -472,7 +475,9 @@ def _slice(solid: Solid, spec: SensorSpec) -> Polygons:
     return [[tuple(point) for point in np.asarray(polygon).tolist()] for polygon in cut.to_polygons()]
 
 
-def _port(cuts: list[tuple[Solid, Polygons]], mount: Mount | None, top: float) -> tuple[float, float, Polygons] | None:
+def _port_and_jaw(
+    cuts: list[tuple[Solid, Polygons]], mount: Mount | None, top: float
+) -> tuple[float, float, Polygons] | None:
     """Return the height of the closed pair's axis, the port's radius, and the opposing jaw's polygons (y, z) in mm.
 
     Returns None if there is no jaw in the section.
@@ -492,7 +497,7 @@ def _port(cuts: list[tuple[Solid, Polygons]], mount: Mount | None, top: float) -
     return axis, jaw.port_diameter * 500, mirrored
 
 
-def _labels(
+def _draw_labels(
     sheet: Sheet, cuts: Sequence[tuple[Solid, Polygons]], film: Encapsulation | None, mount: Mount | None, place: Place,
     x: float, height: float,
 ) -> tuple[float, float, float, float]:
@@ -544,16 +549,16 @@ def assembly_svg(
     """
     sheet = Sheet(f"{spec.name}: {what}, exploded and in section", unit="", decimals=1, ground=None)
     with sheet.group("exploded"):
-        wide, tall = exploded(sheet, solids, 470.0, 470.0)
+        wide, tall = draw_exploded(sheet, solids, 470.0, 470.0)
     with sheet.group("section"):
         # The cut through the middle of the array, seen along the jaw, 260 pixels wide, downwards from y = 0. `section`
         # is the box of cut and labels (x0, y0, x1, y1 in pixels, y down)
-        cuts = [(solid, _slice(solid, spec)) for solid in solids]
+        cuts = [(solid, _section_polygons(solid, spec)) for solid in solids]
         cuts = [(solid, polygons) for solid, polygons in cuts if polygons]
         everything = [point for _, polygons in cuts for polygon in polygons for point in polygon]
         y0, y1 = min(p[0] for p in everything), max(p[0] for p in everything)
         z0, z1 = min(p[1] for p in everything), max(p[1] for p in everything)
-        port = _port(cuts, spec.mount, z1)
+        port = _port_and_jaw(cuts, spec.mount, z1)
         if port is not None:
             axis, radius, other = port
             y0, y1, z0 = min(y0, -radius), max(y1, radius), min(z0, axis - radius)
@@ -569,7 +574,7 @@ def assembly_svg(
             sheet.draw(_outlines(polygons, place), AREA, solid.colour, f"section-{solid.name}")
         if port is not None:
             sheet.draw(circle(place(0.0, axis), radius * scale), SECTION_PORT, name="section-port")
-        section = _labels(sheet, cuts, spec.encapsulation, spec.mount, place, 260.0 + 34.0, (z1 - z0) * scale)
+        section = _draw_labels(sheet, cuts, spec.encapsulation, spec.mount, place, 260.0 + 34.0, (z1 - z0) * scale)
         for line in captions:
             x0, top, x1, low = section
             section = x0, top, max(x1, x0 + 7.2 * len(line)), low + ROW

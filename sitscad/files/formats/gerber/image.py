@@ -22,8 +22,8 @@ from typing import Any
 from sitscad.basics.record import record
 from sitscad.basics.units import in_mm
 from sitscad.basics.version import __version__
-from sitscad.files.drawing.frame import symbol
-from sitscad.files.drawing.sheet import strokes
+from sitscad.files.drawing.frame import tool_symbol
+from sitscad.files.drawing.sheet import text_strokes
 from sitscad.files.order_facts.files import (
     NO_NET,
     UNIT,
@@ -342,15 +342,15 @@ def map_text(outline: Path, tools: Sequence[Tool]) -> Iterator[str]:
     for order, tool in enumerate(tools):
         for hole in tool.holes:
             at = Point(hole.x * UNIT, hole.y * UNIT)
-            for path in symbol(order, at, max(hole.diameter * UNIT, 0.25e-3) / 2.0):
+            for path in tool_symbol(order, at, max(hole.diameter * UNIT, 0.25e-3) / 2.0):
                 yield from stroke(path)
     x0, y0, _, _ = bounding_box([outline])
     yield "D11*"
     for order, tool in enumerate(tools):
         at = Point(x0 + LINE / 2, y0 - (order + 1) * LINE)
         label = f"{millimetres(tool.diameter, 3)} MM {len(tool.holes)} {tool.words.upper()}, FINISHED"
-        text = strokes(label, at.shifted(LINE, -TEXT_HEIGHT / 2), TEXT_HEIGHT)
-        for path in (*symbol(order, at, TEXT_HEIGHT / 2), *text):
+        text = text_strokes(label, at.shifted(LINE, -TEXT_HEIGHT / 2), TEXT_HEIGHT)
+        for path in (*tool_symbol(order, at, TEXT_HEIGHT / 2), *text):
             yield from stroke(path)
 
 

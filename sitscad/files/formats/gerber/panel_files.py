@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
-from sitscad.files.drawing.sheet import length, strokes
+from sitscad.files.drawing.sheet import stroke_length, text_strokes
 from sitscad.files.formats.gerber.image import (
     Image,
     document,
@@ -136,10 +136,10 @@ def _name(panel: Panel) -> Iterator[Path]:
     """
     room = panel.fiducials[1].x - panel.fiducials[0].x - 2 * FIDUCIAL_OPENING
     text = f"{panel.layout.spec.name} {panel.columns}x{panel.rows}"
-    while text and length(text, TEXT_HEIGHT) > room:
+    while text and stroke_length(text, TEXT_HEIGHT) > room:
         text = text[:-1]
-    x = (panel.size[0] - length(text, TEXT_HEIGHT)) / 2 if text else 0.0
-    return strokes(text, Point(x, (panel.rail - TEXT_HEIGHT) / 2), TEXT_HEIGHT)
+    x = (panel.size[0] - stroke_length(text, TEXT_HEIGHT)) / 2 if text else 0.0
+    return text_strokes(text, Point(x, (panel.rail - TEXT_HEIGHT) / 2), TEXT_HEIGHT)
 
 
 def _drills(panel: Panel) -> dict[str, bytes]:
