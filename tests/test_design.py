@@ -17,7 +17,7 @@ from sitscad.checks.board.clearances import cached_copper
 from sitscad.checks.judging import RULES, apply_rules
 from sitscad.checks.performance import estimated_values
 from sitscad.checks.rules import rule_outcomes
-from sitscad.estimates import estimated
+from sitscad.estimates import estimate_layout
 from sitscad.estimates.design import ROOM_TEMPERATURE, Design
 from sitscad.estimates.windings.losses import SCREENING
 from sitscad.package.contents import incoming_tests
@@ -42,7 +42,7 @@ def made(monkeypatch):
     arrange = counting(sitscad.layout.arrange)
     monkeypatch.setattr("sitscad.layout.arrange", arrange)
     monkeypatch.setattr("sitscad.estimates.design.arrange", arrange)
-    monkeypatch.setattr("sitscad.estimates.design.estimated", counting(sitscad.estimates.estimated))
+    monkeypatch.setattr("sitscad.estimates.design.estimate_layout", counting(sitscad.estimates.estimate_layout))
     return count
 
 
@@ -65,21 +65,21 @@ def test_check_of_passing_design_computes_layout_and_estimates_once(name, made):
     assert review.ok and review.findings and review.signals
     assert design.spec.requirements.temperature == ROOM_TEMPERATURE
     assert design.estimates is design.bare.estimates
-    assert made == {"arrange": 1, "estimated": 1}
+    assert made == {"arrange": 1, "estimate_layout": 1}
 
 
 @pytest.mark.slow
 def test_check_without_hints_of_failing_design_computes_layout_once(made):
     review = apply_rules(template(WORKED_EXAMPLE), hints="none")
     assert not review.ok and review.not_checked
-    assert made == {"arrange": 1, "estimated": 1}
+    assert made == {"arrange": 1, "estimate_layout": 1}
 
 
 def test_build_reuses_layout_and_estimates_of_checked_design(made, tmp_path):
     design = template("single_coil")
     assert apply_rules(design).ok
     assert sitscad.build(design, tmp_path, only=["firmware", "laser"]).written
-    assert made == {"arrange": 1, "estimated": 1}
+    assert made == {"arrange": 1, "estimate_layout": 1}
 
 
 def test_bare_design_shares_layout_and_has_no_source_text():
@@ -136,7 +136,7 @@ def felt():
     for key, value in request.items():
         spec = spec.replace(f"requirements.{key}", value)
     layout = sitscad.lay_out(spec)
-    estimates = estimated(layout, tolerance=SCREENING)
+    estimates = estimate_layout(layout, tolerance=SCREENING)
     return lambda: Design(spec, layout, estimates)
 
 

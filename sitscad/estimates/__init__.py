@@ -68,7 +68,7 @@ def estimate(
     if tolerance is not None and not tolerance > 0.0:
         raise ValueError(f"a tolerance is a number above 0, not {tolerance}")
     refuse_unusable(layout.spec)
-    estimates = estimated(layout, method, tolerance, temperature)
+    estimates = estimate_layout(layout, method, tolerance, temperature)
     missed = () if tolerance is None else missed_tolerance(estimates.coils, tolerance, method)
     return replace(estimates, notes=(*missed, *estimates.notes))
 
@@ -83,15 +83,15 @@ def missed_tolerance(coils: tuple[CoilEstimate, ...], tolerance: float, method: 
 
 
 @one_thread
-def estimated(
+def estimate_layout(
     layout: Layout, method: str | None = None, tolerance: float | None = None, temperature: float | None = None,
     is_solved: bool | None = None,
 ) -> Estimates:
-    """Return the estimates of a layout.
+    """Return the estimates of a layout without validation of its spec or arguments, which are as in `estimate`.
 
-    The spec is valid or a trial spec. `is_solved` selects how the target's effect is computed: by the field solution
-    (True), or by correction ratios of an infinite plate (False). If None, the field solution is used for targets that
-    are small enough to be solved in about a second.
+    `is_solved` selects how the target's effect is computed: by the field solution (True), or as an infinite plate's
+    effect, multiplied by correction ratios (False). If None, the field solution is used for targets that are small
+    enough to be solved in about a second.
     """
     tuned = tune_circuits(solve_windings(layout.sensing, temperature, method, tolerance), is_solved)
     alone = layout.reference_alone

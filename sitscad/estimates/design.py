@@ -11,7 +11,7 @@ from sitscad.assembly.places.fit import closing_motion, measures
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.late import late
 from sitscad.basics.record import memo, record
-from sitscad.estimates import estimated
+from sitscad.estimates import estimate_layout
 from sitscad.estimates.loads.gluing import hard_adhesive
 from sitscad.estimates.loads.pad import NoResponse
 from sitscad.layout import arrange, lay_out
@@ -84,7 +84,7 @@ class Design:
     @cached_property
     def estimates(self) -> Estimates:
         """Electrical estimates."""
-        return estimated(self.layout) if self.given_estimates is None else self.given_estimates
+        return estimate_layout(self.layout) if self.given_estimates is None else self.given_estimates
 
     @cached_property
     def cells(self) -> Cells:
@@ -248,7 +248,7 @@ def at_room_temperature(design: Design) -> Design:
     """Return the design at 20 degrees Celsius. It is `design` itself if its estimates are for 20 degrees Celsius."""
     if design.estimates.temperature == ROOM_TEMPERATURE:
         return design
-    return memo(design, "at room temperature", lambda: Design(design.spec, design.layout, estimated(
+    return memo(design, "at room temperature", lambda: Design(design.spec, design.layout, estimate_layout(
         design.layout, temperature=ROOM_TEMPERATURE, is_solved=design.estimates.is_solved)))
 
 

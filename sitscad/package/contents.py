@@ -26,7 +26,7 @@ from sitscad.checks.findings import CheckedSpec, checked_spec, to_json
 from sitscad.checks.judging import all_rules
 from sitscad.checks.judging import apply_rules as reviewed
 from sitscad.checks.policy import Baseline, Policy, apply_policy, make_ignored_test
-from sitscad.estimates import Estimates, estimated
+from sitscad.estimates import Estimates, estimate_layout
 from sitscad.estimates.design import ROOM_TEMPERATURE, Design, at_room_temperature
 from sitscad.estimates.loads.pad import NoResponse
 from sitscad.estimates.states.steps import meter_readings
@@ -71,7 +71,7 @@ class IncomingTests:
         """
         if self.panel is None or self.panel.coupon is None:
             return None
-        return estimated(self.panel.coupon, temperature=ROOM_TEMPERATURE)  # measured on the bench
+        return estimate_layout(self.panel.coupon, temperature=ROOM_TEMPERATURE)  # measured on the bench
 
 
 def incoming_tests(design: Design) -> IncomingTests:

@@ -22,7 +22,7 @@ from sitscad.apps.study.evaluating import Chunk, evaluate_chunk, evaluate_design
 from sitscad.apps.study.evaluation import SCREEN
 from sitscad.apps.study.measures import MEASURES
 from sitscad.apps.study.space import Base
-from sitscad.estimates import estimated
+from sitscad.estimates import estimate_layout
 from sitscad.estimates.design import Design
 from sitscad.estimates.windings.losses import SCREENING
 from sitscad.layout import sketch
@@ -69,7 +69,7 @@ def main() -> None:
         whole /= size
         specs, of_spec = timed(base.design, changes[3::2])
         layouts, of_sketch = timed(sketch, specs)
-        estimates, of_estimates = timed(lambda one: estimated(one, tolerance=SCREENING), layouts)
+        estimates, of_estimates = timed(lambda one: estimate_layout(one, tolerance=SCREENING), layouts)
         designs = [Design(one.spec, one, other) for one, other in zip(layouts, estimates, strict=True)]
         _, of_figures = timed(lambda one: measure_values(one, NAMES), designs)
         _, in_full = timed(lambda spec: evaluate_design(spec, NAMES), specs[:1])

@@ -11,7 +11,7 @@ from sitscad.checks.fixes.search import LEVELS, MORE_TRIALS, Budget, CostlyFamil
 from sitscad.checks.judging import HINTS, RULES, check, mended
 from sitscad.checks.rules import rule_outcomes
 from sitscad.checks.trials import Trials
-from sitscad.estimates import estimated
+from sitscad.estimates import estimate_layout
 from sitscad.estimates.design import Design
 from sitscad.layout import lay_out
 from sitscad.spec.load import load_text
@@ -48,8 +48,8 @@ def test_hint_level_none_lays_out_no_trial_board(monkeypatch):
 
 def test_decisive_hint_level_estimates_within_its_budget(monkeypatch):
     spec, made = spec_of("octagon", turns=9.125, layers=4, size=9.0, readout=REFUSED), []
-    monkeypatch.setattr("sitscad.estimates.design.estimated",
-                        lambda *given, **named: made.append(1) or estimated(*given, **named))
+    monkeypatch.setattr("sitscad.estimates.design.estimate_layout",
+                        lambda *given, **named: made.append(1) or estimate_layout(*given, **named))
     check(spec)
     assert 1 < len(made) <= 1 + LEVELS["decisive"][1]
 

@@ -13,7 +13,7 @@ from sitscad.basics.finding import Severity
 from sitscad.checks.judging import RULES
 from sitscad.checks.reading.metal import THICK, _resistance_of_sheet
 from sitscad.checks.rules import apply_rule, constant_limits
-from sitscad.estimates import estimated
+from sitscad.estimates import estimate_layout
 from sitscad.estimates.design import Design
 from sitscad.kernels.electromagnetics.constants import skin_depth
 from sitscad.spec.load import load_text
@@ -34,7 +34,7 @@ def foil(thickness="20 um", material="aluminium", force=FORCE):
 
 
 def numbers(spec):
-    (coil,) = estimated(sitscad.lay_out(spec)).coils
+    (coil,) = estimate_layout(sitscad.lay_out(spec)).coils
     return coil.states["pressed"].parallel_resistance, coil.sensitivity(5.0)[0], coil.sensor_frequency
 
 

@@ -10,7 +10,7 @@ from sitscad.basics.finding import Missing, Shortfall
 from sitscad.basics.record import replace
 from sitscad.checks.board.room import _changes_for_room
 from sitscad.checks.fixes.references import farther_references, smaller_references
-from sitscad.estimates import estimated
+from sitscad.estimates import estimate_layout
 from sitscad.estimates.states.other_jaw import reference_change
 from sitscad.estimates.states.reference import reference_signal
 from sitscad.estimates.windings.methods import winding_geometry
@@ -192,7 +192,7 @@ def test_other_jaw_change_of_reference_coil_equals_plate_over_coil(design):
     plate = replace(design.spec.target, thickness=jaw.height, material=jaw.material, **wide)
     pad = replace(design.spec.elastomer, thickness=top + 0.05e-3 + 1e-3, **wide)
     spec = replace(alone.spec, target=plate, elastomer=pad, encapsulation=None)
-    covered = estimated(replace(alone, spec=spec), is_solved=False).coils[0].states["rest"]
+    covered = estimate_layout(replace(alone, spec=spec), is_solved=False).coils[0].states["rest"]
     assert covered.target_change == approx(changes[1], rel=0.1)
 
 

@@ -15,7 +15,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad import Design, NoResponse, respond
-from sitscad.estimates import estimated
+from sitscad.estimates import estimate_layout
 from sitscad.estimates.response.model import MAX_WORK, SECONDS_PER_WORK
 from sitscad.estimates.states.near import interpolate_over_band
 from sitscad.estimates.states.placed import PoseRange, TargetPoses
@@ -376,7 +376,7 @@ def test_states_of_elongated_coils_agree_with_response(shape, size, target):
     )
     free, rest = (design.estimates.coils[0].states[name].inductance for name in ("free", "rest"))
     change = respond(design, np.zeros((1, 6))).inductance[0, 0] - free
-    by_shares = estimated(design.layout, is_solved=False)
+    by_shares = estimate_layout(design.layout, is_solved=False)
     (note,) = (note for note in by_shares.notes if "each share is known within" in note)
     stated = float(note.split("known within ")[1].split(" %")[0]) / 100.0
     assert by_shares.coils[0].states["rest"].inductance - free == approx(change, rel=stated)

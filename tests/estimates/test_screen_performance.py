@@ -14,7 +14,7 @@ from sitscad import Design
 from sitscad.basics.record import replace
 from sitscad.checks.judging import apply_rules
 from sitscad.checks.performance import POINTS
-from sitscad.estimates import estimated
+from sitscad.estimates import estimate_layout
 from sitscad.estimates.performance.screen import NEARLY
 from sitscad.estimates.windings.losses import SCREENING
 
@@ -26,7 +26,7 @@ TEMPLATES = Path(__file__).parents[2] / "templates"
                                   pytest.param("three_axis_triangle", marks=pytest.mark.slow)])
 def test_screen_resolution_agrees_with_response_within_error(name):
     design = template_design(name)
-    screened = Design(design.spec, design.layout, estimated(design.layout, tolerance=SCREENING))
+    screened = Design(design.spec, design.layout, estimate_layout(design.layout, tolerance=SCREENING))
     for point, other in zip(screened.sensing.analysis.points, design.sensing.analysis.points, strict=True):
         assert point.noise == approx(other.noise, rel=NEARLY, abs=0.0)
     # no study reads the drift of a shear at the screen level: it needs the slope of the map under shear
@@ -37,7 +37,7 @@ def test_screen_resolution_agrees_with_response_within_error(name):
 
 def test_screen_performance_covers_a_strain_above_45_percent():
     design = Design(sitscad.load(TEMPLATES / "grasper_3p5mm.yaml"))
-    screened = Design(design.spec, design.layout, estimated(design.layout, tolerance=SCREENING))
+    screened = Design(design.spec, design.layout, estimate_layout(design.layout, tolerance=SCREENING))
     half, full = (abs(point.by_pose[:, 2]).min() for point in screened.sensing.analysis.points[1:])
     assert screened.sensing.analysis.points[2].pose[2] < -0.45 * design.spec.elastomer.thickness and full > half > 0.0
 

@@ -9,7 +9,7 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.estimates import estimated
+from sitscad.estimates import estimate_layout
 from sitscad.kernels.geometry.shapes import PLATES, SHAPES, Polygon, Racetrack, Round
 from sitscad.layout import arrange
 
@@ -37,7 +37,8 @@ def in_shape(name):
 def test_new_outline_is_laid_out_estimated_and_checked(dodecagon):
     layout = in_shape(dodecagon)
     assert not layout.shortfalls and all(coil.is_closed_circuit for coil in layout.coils)
-    result = {name: estimated(in_shape(name)).coils[0].winding_inductance for name in ("octagon", dodecagon, "circle")}
+    result = {name: estimate_layout(in_shape(name)).coils[0].winding_inductance
+              for name in ("octagon", dodecagon, "circle")}
     # of equal inscribed circles the one with more corners lies nearer to it
     assert result["octagon"] > result[dodecagon] > 0.97 * result["circle"]
     assert result[dodecagon] == approx(result["octagon"], rel=0.05)

@@ -20,7 +20,7 @@ import numpy as np
 
 from sitscad import Design, SensorSpec, SpecError
 from sitscad.basics.record import record
-from sitscad.estimates import estimated
+from sitscad.estimates import estimate_layout
 from sitscad.estimates.loads.pad import NoResponse
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
@@ -104,7 +104,7 @@ def main() -> None:
         if design is None:
             continue
         if chosen.shares:
-            design = Design(design.spec, design.layout, estimated(design.layout, is_solved=False))
+            design = Design(design.spec, design.layout, estimate_layout(design.layout, is_solved=False))
         try:
             result = list(apart(design))
         except NoResponse:

@@ -12,7 +12,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad import Design, load_text
-from sitscad.estimates import estimated
+from sitscad.estimates import estimate_layout
 from sitscad.files.report.numbers import RESISTANCE_CHANGE, coil_table
 
 TEMPLATES = sorted(path.stem for path in (Path(__file__).parents[2] / "templates").glob("*.yaml"))
@@ -89,7 +89,7 @@ def test_estimated_sensitivity_per_newton_equals_response(name):
 def test_states_by_plate_ratios_agree_with_response_within_stated_errors(name):
     """So a design that grows too large to be solved moves by no more than what shares state."""
     known = design(name)
-    by_shares = Design(known.spec, known.layout, estimated(known.layout, is_solved=False))
+    by_shares = Design(known.spec, known.layout, estimate_layout(known.layout, is_solved=False))
     for item in apart(by_shares):
         assert item.of_stated_change < 1.0 and item.of_stated_resistance < 1.0, item
 

@@ -35,7 +35,7 @@ from sitscad.checks.policy import Policy
 from sitscad.checks.pool import process_pool
 from sitscad.checks.rules import NEEDS, Rule, apply_rule
 from sitscad.data import rows
-from sitscad.estimates import estimated
+from sitscad.estimates import estimate_layout
 from sitscad.estimates.coil_estimates import CoilEstimate, StateEstimate
 from sitscad.estimates.design import Cells, Design
 from sitscad.estimates.windings.losses import SCREENING
@@ -193,7 +193,7 @@ def screen_errors(has_body: bool = False) -> Mapping[str, float]:
 
 def _screen_design(spec: SensorSpec, measures: Sequence[str], policy: Policy) -> Evaluation:
     layout = sketch(spec)
-    design = Design(spec, layout, estimated(layout, tolerance=SCREENING))
+    design = Design(spec, layout, estimate_layout(layout, tolerance=SCREENING))
     screened = [name for name in measures if SCREEN in MEASURES[name].levels]
     values, absent = measure_values(design, screened)
     absent |= {name: IN_FULL for name in measures if name not in screened}

@@ -17,7 +17,7 @@ from sitscad.basics.record import memo, record
 from sitscad.checks.fixes.pads import thicker_target
 from sitscad.checks.reading.readings import all_readings, coil_state_text
 from sitscad.checks.rules import Rule, Verdict, constant_limits, not_checked, rule_of, violation_of
-from sitscad.estimates import estimated
+from sitscad.estimates import estimate_layout
 from sitscad.estimates.design import Design
 from sitscad.estimates.windings.losses import SCREENING
 from sitscad.kernels.electromagnetics.constants import skin_depth
@@ -218,7 +218,7 @@ def _design_for_comparison(design: Design, changed: SensorSpec) -> Design:
     tolerance = SCREENING if design.estimates.is_rough else None
     now = design.estimates.readout.capacitance
     laid_out = design.drawn(replace(changed, readout=replace(changed.readout, capacitance=now)))
-    numbers = estimated(laid_out.layout, tolerance=tolerance, is_solved=design.estimates.is_solved)
+    numbers = estimate_layout(laid_out.layout, tolerance=tolerance, is_solved=design.estimates.is_solved)
     return replace(laid_out, given_estimates=numbers)
 
 

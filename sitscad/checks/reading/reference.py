@@ -11,7 +11,7 @@ from sitscad.basics.late import late
 from sitscad.checks.fixes.references import farther_references
 from sitscad.checks.reading.metal import LITTLE, MUCH, THIN
 from sitscad.checks.rules import Rule, Verdict, constant_limits, not_checked, rule_of, violation_of
-from sitscad.estimates import estimated
+from sitscad.estimates import estimate_layout
 from sitscad.estimates.design import Design
 
 reference_change = late("sitscad.estimates.states.other_jaw", "reference_change")
@@ -64,7 +64,7 @@ def reference_metal(design: Design) -> Iterator[Verdict]:
     jaw = design.spec.jaw
     if jaw is not None and jaw.fenestration is not None:
         # the sensing coils without their target, before the same jaw
-        bare = [estimated(layout.without_target(coil)).coils[0] for coil in layout.sensing.coils[:1]]
+        bare = [estimate_layout(layout.without_target(coil)).coils[0] for coil in layout.sensing.coils[:1]]
         shares = metal_change_ratio(estimates.reference), metal_change_ratio(bare[0])
         difference = abs(shares[0] - shares[1])
         if difference > UNEQUAL * abs(shares[1]):

@@ -37,7 +37,7 @@ from sitscad.checks.rules import (
     rule_of,
     violation_of,
 )
-from sitscad.estimates import estimated
+from sitscad.estimates import estimate_layout
 from sitscad.estimates.design import Design
 from sitscad.estimates.loads.pad import loaded_poses
 from sitscad.estimates.loads.pressing import rests_on_pad
@@ -210,7 +210,7 @@ def _signal_without_requirement(design: Design) -> Iterator[Verdict]:
     full = full_normal_force(design.spec)
     requirements = replace(design.spec.requirements, normal_force=full)
     loaded = design.drawn(replace(design.spec, requirements=requirements))
-    numbers = estimated(loaded.layout, is_solved=design.estimates.is_solved)
+    numbers = estimate_layout(loaded.layout, is_solved=design.estimates.is_solved)
     changes = responses(numbers.coils, numbers.readout.conversion)
     if changes and _are_all_lost(changes):
         best = max(changes, key=lambda response: response.steps)

@@ -17,7 +17,7 @@ import numpy as np
 from sitscad.assembly.places.state import PRESSED, WORKING_POINTS
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
-from sitscad.estimates import estimated
+from sitscad.estimates import estimate_layout
 from sitscad.estimates.coil_estimates import Estimates
 from sitscad.estimates.loads.pad import TOO_SOFT, NoResponse, loaded_poses, tilt_stiffness, tilt_stiffness_error
 from sitscad.estimates.loads.pressing import MODULUS, rests_on_pad
@@ -115,7 +115,7 @@ class SensingAnalysis:
         """Working points with their errors, with the temperature effect of copper and other metal."""
         warm = self.estimates.temperature + WARMER
         rough = SCREENING if self.estimates.is_rough else None
-        warmer = estimated(self.layout, tolerance=rough, temperature=warm, is_solved=self.estimates.is_solved)
+        warmer = estimate_layout(self.layout, tolerance=rough, temperature=warm, is_solved=self.estimates.is_solved)
         warming = warmer.temperature - self.estimates.temperature
         at_rest = by_metal(self.estimates.coils, warmer.coils, warming, self.bench.rest)
         # without a pressed state, the effect of metal is taken as at rest

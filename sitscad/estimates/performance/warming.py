@@ -10,7 +10,7 @@ import numpy as np
 
 from sitscad.assembly.places.state import FREE, REST
 from sitscad.basics.arrays import Array
-from sitscad.estimates import estimated
+from sitscad.estimates import estimate_layout
 from sitscad.estimates.coil_estimates import CoilEstimate
 from sitscad.estimates.loads.pad import linear_poses
 from sitscad.estimates.performance.bench import LoadModel
@@ -83,7 +83,7 @@ def reference_drift(alone: Layout, capacitance: float | None, temperature: float
     """
     spec = replace(alone.spec, readout=replace(alone.spec.readout, capacitance=capacitance))
     tolerance = SCREENING if is_rough else None
-    cold, warm = (estimated(replace(alone, spec=spec), tolerance=tolerance, temperature=each).coils
+    cold, warm = (estimate_layout(replace(alone, spec=spec), tolerance=tolerance, temperature=each).coils
                   for each in (temperature, temperature + WARMER))
     state = REST if REST in cold[0].states else FREE  # without metal nearby, the coil is free in use
     return float(by_metal(cold, warm, WARMER, np.zeros(1), state)[0])
