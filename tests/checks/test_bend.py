@@ -90,7 +90,7 @@ def test_bend_position_passes_only_within_range_in_hint(advised, kind):
         result = [f for f in advised("SIT123", here, lay_out(here)) if f.key == "fpc.tail.bend.at"]
         return result[0] if result and result[0].severity is not Severity.NOTE else None
 
-    low, high = map(float, re.search(r"from ([\d.]+) mm to ([\d.]+) mm", misplaced(200.0).hint).groups())
+    low, high = map(float, re.search(r"between ([\d.]+) mm and ([\d.]+) mm", misplaced(200.0).hint).groups())
     assert misplaced(low + 0.05) is misplaced(high - 0.05) is None
     assert misplaced(low - 0.3) and misplaced(high + 0.3)
 
