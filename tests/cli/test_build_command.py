@@ -184,7 +184,7 @@ def test_build_check_lists_stale_files_exits_1_and_writes_nothing(run, tmp_path)
     assert run("build", "good.yaml", "--only", "firmware,report").code == 0
     only = ("--only", "firmware,report")
     fresh = run("build", "good.yaml", "--check", *only)
-    assert (fresh.code, fresh.out) == (0, "outputs/good-coil: 28 files (unchanged)\n")
+    assert (fresh.code, fresh.out) == (0, "outputs/good-coil: 29 files (unchanged)\n")
     spec = tmp_path / "good.yaml"
     spec.write_text(spec.read_text() + "readout: {clock: 39 MHz}\n")
     stamp = (tmp_path / "outputs/good-coil/manifest.json").read_bytes()
@@ -193,7 +193,7 @@ def test_build_check_lists_stale_files_exits_1_and_writes_nothing(run, tmp_path)
     assert "outputs/good-coil is stale: sitscad build good.yaml --only firmware,report makes it anew" in stale.err
     assert (tmp_path / "outputs/good-coil/manifest.json").read_bytes() == stamp
     none = run("build", "good.yaml", "--check", "-o", "a b", *only)
-    assert (none.code, none.out) == (1, "a b/good-coil: there is no package, 28 files are missing\n")
+    assert (none.code, none.out) == (1, "a b/good-coil: there is no package, 29 files are missing\n")
     assert "sitscad build good.yaml -o 'a b' --only firmware,report makes it anew" in none.err
     assert run("build", "weak.yaml", "--check").code == 1
     assert run("build", "broken.yaml", "--check").code == 2
@@ -212,7 +212,7 @@ def test_build_check_of_partial_package_fails_without_only(run):
     whole = run("build", "good.yaml", "--check")
     said = whole.out.splitlines()[0]
     assert whole.code == 1 and said.startswith("outputs/good-coil: it was built without kicad (")
-    assert "firmware (21 files)" in said and said.endswith(": with --only gerber,report it is compared as it was built")
+    assert "firmware (22 files)" in said and said.endswith(": with --only gerber,report it is compared as it was built")
     assert "kicad/" not in whole.out, "parts that are lacking are named once, not file by file"
     assert run("build", "good.yaml", "--check", "--only", "gerber,report").code == 0
     assert run("build", "good.yaml").code == 0 and run("build", "good.yaml", "--check").code == 0

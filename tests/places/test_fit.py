@@ -69,7 +69,7 @@ def test_worst_case_is_maximum_over_tolerance_corners():
     for signs in [[1] * len(layers), *([chance.choice((-1, 1)) for _ in layers] for _ in range(200))]:
         height = sum(t + s * d for t, s, d in zip(bottoms, signs, spreads, strict=True))
         highest = max(highest, height / 2)
-    assert highest <= result.worst + 1e-12
+    assert highest <= result.worst_radius + 1e-12
     assert result.height == approx(sum(bottoms), rel=1e-6) and highest == approx(
         (sum(bottoms) + sum(spreads)) / 2, rel=1e-6
     )

@@ -149,7 +149,7 @@ def test_file_back_is_compared_with_assumed_back(tmp_path, shape, port, severity
         pair = closed_section(layout)
         assert each.measured == approx(math.hypot(3e-3, pair.height / 2), rel=1e-6)
         assert each.limit < pair.radius + 1e-9 < each.measured
-        assert (each.measured + pair.worst - pair.radius > pair.port_radius) == (severity == "warning")
+        assert (each.measured + pair.worst_radius - pair.radius > pair.port_radius) == (severity == "warning")
 
 
 def test_file_face_wider_than_chord_yields_finding(tmp_path):
