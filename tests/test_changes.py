@@ -105,7 +105,7 @@ import sitscad
 from sitscad.checks.judging import apply_rules
 from sitscad.checks.reading.readings import all_readings
 from sitscad.checks.reading.response import responses
-from sitscad.estimates.circuits.settings import bands
+from sitscad.estimates.circuits.settings import frequency_bands
 from sitscad.estimates.design import Design
 from sitscad.estimates.performance.tables import PerformanceReport
 from sitscad.files.documents import firmware

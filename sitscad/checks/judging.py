@@ -14,10 +14,11 @@ from sitscad.basics.units import count_text
 from sitscad.checks import performance, required_loads, usual_ranges
 from sitscad.checks.assembly import fit, mount, overhang, plates, room_in_jaw, thermistor, transduction
 from sitscad.checks.board import clearances, drawn_form, fabrication, room, tail
+from sitscad.checks.examples import reason_without_example, rule_example
 from sitscad.checks.findings.text import severities, severity_cases
 from sitscad.checks.fixes.search import DECISIVE, HINTS, Budget
 from sitscad.checks.reading import drive, electrical, metal, reference, response, timing
-from sitscad.checks.rules import Outcome, Rule, reason_without_example, rule_example, rule_of, rule_outcomes
+from sitscad.checks.rules import Outcome, Rule, rule_of, rule_outcomes
 from sitscad.checks.trials import Trials, findings_with_tested_fixes
 from sitscad.estimates.design import Design
 from sitscad.kernels.solve_cache import cache_results

@@ -8,7 +8,7 @@ import pytest
 import rule_examples
 
 import sitscad.data
-from sitscad.checks.rules import reason_without_example, rule_example
+from sitscad.checks.examples import reason_without_example, rule_example
 from sitscad.data import rows
 from sitscad.spec.reading import RULE_TEXTS
 

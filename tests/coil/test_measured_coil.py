@@ -30,7 +30,7 @@ def spiral():
 
 @pytest.fixture(scope="module")
 def variants(spiral):
-    return CoilVariants.of(spiral.layout, 0, False, FREQUENCIES)
+    return CoilVariants.from_layout(spiral.layout, 0, False, FREQUENCIES)
 
 
 def measured(coil, seed=1):
@@ -134,7 +134,7 @@ def test_cause_of_each_deviation_is_identified(spiral, variants, name):
 
 def test_shorted_turn_equals_missing_turn_at_low_and_screen_at_high_frequency(spiral):
     """Against spirals by Neumann's integral with one turn less, and against flux that a closed ring keeps out."""
-    wide = CoilVariants.of(spiral.layout, 0, False, np.array([1e3, 3e7]))
+    wide = CoilVariants.from_layout(spiral.layout, 0, False, np.array([1e3, 3e7]))
     shorted, missing = wide.with_shorted_turn(0, 10.0), wide.with_turns(0, -1.0)
     omega = 2.0 * np.pi * wide.frequencies
     inductances = shorted.series.imag / omega
@@ -169,7 +169,7 @@ def test_variant_impedance_equals_coil_of_changed_dimensions(variants):
 @pytest.mark.slow
 def test_points_above_resonance_are_omitted_and_files_with_only_such_refused(spiral, variants):
     high = np.geomspace(1e6, 1e8, 9)
-    nominal = CoilVariants.of(spiral.layout, 0, False, high).nominal
+    nominal = CoilVariants.from_layout(spiral.layout, 0, False, high).nominal
     comparison = compare(spiral, Measurement("x.csv", high, nominal.terminal))
     assert comparison.left_out > 0 and comparison.is_as_drawn
     with pytest.raises(MeasurementError):
@@ -195,7 +195,7 @@ def test_coil_command_prints_cause_and_writes_overlay(tmp_path, variants):
 def test_estimate_compares_measurement_at_contacts_of_bare_board(tmp_path):
     layout = sitscad.lay_out(sitscad.load("templates/bench_7mm.yaml"))
     frequencies = np.array([1e5, 5e5, 1e6])
-    nominal = CoilVariants.of(layout, 0, True, frequencies).nominal
+    nominal = CoilVariants.from_layout(layout, 0, True, frequencies).nominal
     data = tmp_path / "board.csv"
     rows = [f"{f!r},{z.real!r},{z.imag!r}"
             for f, z in zip(frequencies.tolist(), nominal.terminal.tolist(), strict=True)]

@@ -37,7 +37,7 @@ def sensor(array="", target="size: 5", pad="size: 9, shape: square"):
 
 def shares(spec):
     result = target_ratios(spec, HEIGHTS, assemble(spec).states)
-    return {name: result.of(name, "rest") for name in (place.name for place in spec.array.placements)}
+    return {name: result.ratios_for(name, "rest") for name in (place.name for place in spec.array.placements)}
 
 
 def turned(spec, angle):

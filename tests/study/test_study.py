@@ -270,7 +270,7 @@ def test_designs_with_too_small_yield_are_replaced_and_counted(folder, monkeypat
         return {point: [Unit(point != first[0], () if point != first[0] else ("SIT202",), True, {"inductance": 3e-6})]
                 * count for point in points}
 
-    monkeypatch.setattr(StudyRun, "units", units)
+    monkeypatch.setattr(StudyRun, "simulated_units", units)
     text = STUDY.replace('">= 2.5 uH"}', '">= 2.5 uH", yield: ">= 95 %"}')
     (folder / "study.yaml").write_text(text)
     early = []
@@ -320,7 +320,7 @@ def test_study_interrupted_during_yields_reports_answer_and_resume_command(
     monkeypatch.chdir(folder)
     (folder / "study.yaml").write_text(STUDY.replace("to: 13,", "to: 11.5,"))
     with monkeypatch.context() as patch:
-        patch.setattr(StudyRun, "units", interrupted)
+        patch.setattr(StudyRun, "simulated_units", interrupted)
         assert run(["design", "study.yaml", "--jobs", "1", "-o", "the out", "--again"]) == 130
     early = capsys.readouterr()
     assert early.out.startswith("The requirements can be met: 8 of 8 designs") and "Next:" not in early.out

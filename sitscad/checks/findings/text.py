@@ -21,9 +21,9 @@ from sitscad.basics.finding import Finding, Ignored, Severity
 from sitscad.basics.record import record
 from sitscad.basics.units import count_text, escape_controls
 from sitscad.basics.version import __version__
+from sitscad.checks.examples import reason_without_example, rule_example
 from sitscad.checks.findings.document import CheckedSpec, excerpt, sorted_by_place, sorted_by_severity, to_json
 from sitscad.checks.findings.measures import closing_text, fit_lines, performance_text, signal_lines
-from sitscad.checks.rules import reason_without_example, rule_example
 
 INDENT = 6  # Indent (columns) of a finding's further lines
 
