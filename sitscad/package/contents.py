@@ -338,4 +338,4 @@ def _state(calibration: Calibration) -> list[str]:
     tilts = ROTATIONS[calibration.sensors.rotation]
     if calibration.points is None:
         return [f"NOT calibrated: the map of the sensor as it is drawn, its target {tilts}. Calibrate every sensor."]
-    return [f"Calibrated by {len(calibration.points)} points, the target {tilts}; {calibration.map.form}."]
+    return [f"Calibrated by {calibration.unit_errors[0].points} points, the target {tilts}; {calibration.map.form}."]

@@ -124,7 +124,8 @@ def _temperature_range(value: Any) -> tuple[float, float]:
         for entry in value
     )
     if low > high:
-        refuse("SIT006", f"{describe(value)} begins above its end", "write the lower temperature first")
+        message = f"the first temperature, {low:g} degC, is above the second, {high:g} degC"
+        refuse("SIT006", message, "write the lower temperature first")
     return low, high
 
 

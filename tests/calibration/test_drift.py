@@ -204,6 +204,8 @@ def test_header_has_measured_coefficients_and_their_range(tmp_path, design, cali
     with pytest.raises(ValueError, match="not beyond"):
         calibrated.map.compensated(counts, tare, 1.1 * (WARM - COLD))
     text = files["temperature.h"].decode()
+    loads = int(np.sum(~calibrated.points.at_rest))
+    assert loads < len(calibrated.points) and f"Calibrated by {loads} points," in text
     assert f"SITSCAD_COLDEST {COLD:.6e}f" in text and f"SITSCAD_HOTTEST {WARM:.6e}f" in text
 
 

@@ -72,7 +72,7 @@ def choose_compensation(
     if not readings:
         return None
     lag = pad_lag(pad.thickness, pad.material.density, target.thickness, settings.rate)
-    return Compensation(warming(needs), min(readings, key=lambda reading: reading.sigma), lag)
+    return Compensation(warming(needs), min(readings, key=lambda reading: reading.sigma), min(lag, warming(needs)))
 
 
 def reference_drift(alone: Layout, capacitance: float | None, temperature: float, is_rough: bool = False) -> float:

@@ -526,7 +526,7 @@ def _calibration_steps(cells: CellsSpec | None, has_map: bool) -> Iterator[str]:
     else:
         yield (
             "Calibrate it: the command says what to put on and reads it; ../calibration/plan.txt is the same by hand. "
-            "Put the calibration.h that results into this folder, and build again.\n"
+            "Put the resulting calibration.h into this folder, with temperature.h if there is one, and build again.\n"
             "sitscad calibrate ../spec/*.yaml --from serial:PORT"
         )
     yield ("Take the tare without load (16 readings in a row), and again when the temperature has changed. Then read "
