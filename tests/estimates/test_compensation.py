@@ -27,9 +27,9 @@ from sitscad.estimates.performance.compensation import (
     thermistor_reading,
 )
 from sitscad.estimates.performance.tables import compensation_tables
-from sitscad.estimates.performance.warming import compensation_of
+from sitscad.estimates.performance.warming import choose_compensation
 from sitscad.files.documents import firmware_driver
-from sitscad.package.contents import incoming
+from sitscad.package.contents import incoming_tests
 from sitscad.spec import presets
 from sitscad.spec.thermistor import CALIBRATED, DESIGN
 from tests.validation.warmed_units import CASES, COLD, PLAIN, WARM, WarmedDesign, case, stated, unit_errors
@@ -136,7 +136,7 @@ def test_pad_lag_equals_solution_of_heat_equation(metal):
 
 def test_pad_lags_by_the_temperature_change_at_most(compensated):
     fast, slow = (compensated.spec.replace("readout.compensation.rate", f"{rate} K/min") for rate in (1000, 1.7))
-    lags = [compensation_of(spec.readout, spec.requirements, spec.elastomer, spec.target, None, 0.0).lag
+    lags = [choose_compensation(spec.readout, spec.requirements, spec.elastomer, spec.target, None, 0.0).lag
             for spec in (fast, slow)]
     assert lags[0] == approx(WARM - COLD, rel=1e-9) and 0.0 < lags[1] < 1.0
 
@@ -148,7 +148,7 @@ def test_reversed_temperature_range_is_refused_with_both_temperatures(plain):
 
 def test_firmware_readme_takes_both_headers_of_a_calibration(compensated):
     """Without the temperature.h of the unit, the driver uses the coefficients of the design."""
-    files = firmware_driver.render_readme(compensated.layout, compensated.estimates, incoming(compensated).board)
+    files = firmware_driver.render_readme(compensated.layout, compensated.estimates, incoming_tests(compensated).board)
     text = " ".join(files["firmware/readme.txt"].decode().split())
     step = text[text.index("Put the resulting"):]
     assert "temperature.h" in step[:step.index("build again")]
