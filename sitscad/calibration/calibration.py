@@ -261,10 +261,10 @@ def plan_calibration(model: ResponseModel, is_held: bool = True, count: int = US
 
 
 def with_temperatures(calibration: Calibration, sensing: SensingAnalysis, reference: str) -> Calibration:
-    """Return a calibration with the design's coefficients of drift, and with the rows at further temperatures.
+    """Return a calibration with the design's coefficients of drift, and with the plan of rows at further temperatures.
 
-    Unchanged if nothing measures the temperature. `sensing` is the analysis of the design, and `reference` the name of
-    its reference coil; empty if there is none.
+    Unchanged if the sensor has neither a temperature sensor nor a reference coil. `sensing` is the analysis of the
+    design, and `reference` the name of its reference coil; empty if there is none.
     """
     if sensing.drift_coefficients is None:
         return calibration

@@ -291,7 +291,10 @@ def _quarter(radius: float, tolerance: float) -> int:
 
 
 COARSE = 5e-6
-"""Default for the largest distance (m) of the sides of solid copper from arcs. Each chord becomes a face."""
+"""Default for the largest distance (m) between an arc and the chords that replace it in copper solids.
+
+Each chord becomes a face.
+"""
 
 COPPER_COLOUR = "#d98a4b"
 

@@ -183,7 +183,8 @@ def smallest_gaps(layout: Layout) -> dict[int, Nearness]:
 def drill_nearness(copper: Copper, clearance: float) -> Iterator[Nearness]:
     """Yield each via whose drilled hole is closer than `clearance` (m) to copper that is not joined to the via.
 
-    Copper on all layers is compared. `half_one` or `half_other` of the via is the radius of its hole.
+    Copper on all layers is compared. In the `Nearness`, the via's half width (`half_one` or `half_other`) is the
+    radius of its hole, not of its pad.
     """
     radius = np.array([item.drill / 2.0 if isinstance(item, Via) else np.nan for item in copper.items])
     drilled = radius[copper.item] if len(radius) else np.empty(0)

@@ -677,7 +677,7 @@ def test_jaw_from_step_file_with_tight_port_gives_note(tmp_path, port, told):
     assert [each.severity for each in notes] == [Severity.NOTE] * told
     square = 2.0 * math.hypot(2.3e-3, pair.height / 2)
     for note in notes:
-        assert closed.worst_radius < note.limit < square < note.measured < square + 1e-3
+        assert closed.worst < note.limit < square < note.measured < square + 1e-3
 
 
 def test_jaw_stated_in_spec_has_no_fit_assumption(tmp_path):

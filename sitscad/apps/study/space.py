@@ -133,7 +133,7 @@ def _hashes(files: Mapping[str, bytes]) -> dict[str, str]:
 
 @lru_cache(maxsize=4)
 def _cached_base(text: str, path: str, profiles: str | None) -> Base:
-    """Return the base with this text and path in a worker process. It is cached for further chunks."""
+    """Return the spec that the study varies. A worker process reads it once and keeps it for further designs."""
     return Base(text, path, profiles)
 
 

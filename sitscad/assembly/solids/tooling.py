@@ -499,7 +499,7 @@ def skin_mould(layout: Layout) -> Solid | None:
 
 
 def is_cast(layout: Layout) -> bool:
-    """Whether the encapsulation is cast in a mould: thick enough for the cup's process, without contacts under it."""
+    """Whether the encapsulation is cast in a mould: it is thick enough for the process and covers no contacts."""
     film = layout.spec.encapsulation
     if film is None or not plates_of(layout.spec).all:
         return False

@@ -106,7 +106,10 @@ class ResponseModel:
 
     @cached_property
     def state_cover(self) -> PoseRange | None:
-        """Range of poses for which the estimates of states computed the target. None if they used correction ratios."""
+        """Range of poses at which the estimates of states solved the target's eddy currents.
+
+        None if they used the ratios of an endless plate instead.
+        """
         poses = level_poses(self.estimates.states)
         if self.estimates.target_band is None or not len(poses):
             return None

@@ -28,7 +28,7 @@ HEIGHTS = 4
 """Number of target heights, evenly spaced in ln(height), at which current crowding in the tracks is computed."""
 
 POINTS = 8
-"""Number of Chebyshev points in ln f at which values that are equal for all poses are computed."""
+"""Number of Chebyshev points in ln(frequency). Values that do not depend on the pose are computed there."""
 
 
 @record(eq=False)

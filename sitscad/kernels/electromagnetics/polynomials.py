@@ -15,7 +15,7 @@ from sitscad.basics.arrays import Array, slices
 from sitscad.basics.record import record
 
 Exponents = NDArray[np.int64]
-"""Exponents, or orders of polynomials, of products in several variables (terms, variables)."""
+"""Array (terms, variables): for each product of variables, the exponent or polynomial order of each variable."""
 
 POINTS_A_TERM = 1.5
 """Number of points in a least-squares fit divided by the number of terms of the polynomial.

@@ -44,7 +44,10 @@ from sitscad.spec.sensor import SensorSpec, SpecDocument
 from sitscad.spec.yaml.source import Issue, SpecSource, dotted
 
 DOCUMENTS: dict[type, type[Section]] = {SensorSpec: SpecDocument, Issue: SpecDocument, DesignRules: RulesDocument}
-"""Section class that declares the keys of a class. Classes that declare their own keys are not listed."""
+"""For a class of resolved values: the section class that declares its YAML keys.
+
+Classes that declare their own keys are not listed.
+"""
 
 FARTHEST = 1.0
 """Largest distance (m) of a coil's centre from the origin, along x or y."""

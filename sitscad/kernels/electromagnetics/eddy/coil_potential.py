@@ -408,9 +408,9 @@ def _interpolate_potential(octave: _Octave, points: Array, height: Array, half: 
 def _images(k: float, floor: Plane | None, roof: Plane | None) -> tuple[tuple[float, float, complex], ...]:
     """Return a coil and its images as (way, shift in m, strength without unit), with the coil first.
 
-    `floor` and `roof` are the mirrors below and above, or None. A current at height z has its image at height way z +
-    shift, with way 1 or -1. The strength is the image's horizontal current divided by the coil's. It follows from the
-    mirrors' reflection factors at the wave number `k` (1/m).
+    `floor` and `roof` are the mirrors below and above, or None. A current at height z has its image at the height
+    ``way * z + shift``, where `way` is 1 or -1. The strength is the image's horizontal current divided by the
+    coil's. It follows from the mirrors' reflection factors at the wave number `k` (1/m).
     """
     at, images = np.array([k]), [(1.0, 0.0, 1.0 + 0.0j)]
     ends = [None if plane is None else complex(plane.factor(at)[0]) for plane in (floor, roof)]

@@ -310,7 +310,9 @@ def _effective_thickness(plate: FinitePlate, outer: float) -> float:
 
 
 def ratio_error(plate: FinitePlate, coil: CoaxialRings) -> float:
-    """Return the relative error (no unit) of `plate_ratio`, by thickness and width divided by the coil's diameter.
+    """Return the relative error (no unit) of `plate_ratio`.
+
+    It depends on the plate's thickness and width, each divided by the coil's diameter.
 
     Source: comparison with boxes of surface loops and discs of rings (tests/validation).
     """
