@@ -32,10 +32,10 @@ class TemperaturePlan:
     """Rows of a calibration plan at further temperatures.
 
     `base` (degrees Celsius) is the temperature of all other rows, and `others` are the further temperatures. `loads`
-    (n, 3 or 5; N, N m) are applied at each of them. `soak` (s) is the wait after a temperature is reached. `reason` is
-    the text of the requirement that needs these rows. `reference` is the name of the reference coil that measures the
-    temperature in use; empty if a separate temperature sensor measures it. `left` holds two drifts (axes; N, N m) that
-    remain at full load: with the coefficients of the design, and with measured coefficients.
+    (n, 3 or 5; N, N m) are applied at each temperature. `soak` (s) is the wait after a temperature is reached. `reason`
+    is the text of the requirement that needs these rows. `reference` is the name of the reference coil that measures
+    the temperature in use; empty if a separate temperature sensor measures it. `left` holds two drifts (axes; N, N m)
+    that remain at full load: with the coefficients of the design, and with measured coefficients.
     """
 
     base: float

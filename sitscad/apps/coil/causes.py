@@ -104,7 +104,7 @@ class Residuals:
             Impedances (n; ohm).
         meter_error
             Relative error of the meter, as gain and as phase (rad), equal at all frequencies. In addition, each point
-            scatters by half of it.
+            scatters by half of this error.
         tolerances
             Changes (n; ohm) of the impedance that one standard deviation of each tolerance or model error causes.
         """

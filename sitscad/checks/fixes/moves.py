@@ -92,7 +92,7 @@ def _least_turns_forward(coil: CoilSpec, part: int, parts: int) -> int:
     """Return the smallest number of turns, counted in parts of a turn, with which no lead runs back around the coil.
 
     A turn has `parts` parts. The search covers the numbers from `part` up to one turn more. If a lead runs back with
-    all of them, the result is `part`.
+    every number, the result is `part`.
     """
     return next((more for more in range(part, part + parts) if not _has_lead_running_back(coil, more / parts)), part)
 

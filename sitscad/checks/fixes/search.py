@@ -104,8 +104,8 @@ class Budget:
     def estimates_one(self, is_same_board: bool) -> bool:
         """Subtract an estimate from the budget. Return False, and subtract nothing, if no estimates remain.
 
-        A design with the board of the original (`is_same_board`) counts as one estimate. A design with a changed board
-        counts as `OTHER_BOARD` estimates.
+        If the board is unchanged (`is_same_board`), the design counts as one estimate. If the board is changed, the
+        design counts as `OTHER_BOARD` estimates.
         """
         is_left = self.estimates > 0
         self.estimates -= is_left * (1 if is_same_board else OTHER_BOARD)
